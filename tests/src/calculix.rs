@@ -1,7 +1,7 @@
-//! The fingertip held against CalculiX: one mesh, one penalty, two programs.
+//! The fingertip against CalculiX: one mesh, one penalty, two programs.
 //!
-//! Bones are fixed and the nail is as in the mesh: tetrahedra tied to the skin (in CalculiX by `*EQUATION`), outer
-//! face fixed. Contact in ours is penalty only, as in CalculiX.
+//! Bones are fixed and the nail is as in the mesh: tetrahedra tied to the skin (in CalculiX by `*EQUATION`), outer face
+//! fixed. Contact in ours is penalty only, as in CalculiX.
 //!
 //! Hexahedra are C3D8R in CalculiX: one point and hourglass control, whose stiffness follows the bulk modulus and makes
 //! distorted elements of nearly incompressible tissue some per cent too stiff. Ours therefore runs twice, with that
@@ -47,7 +47,7 @@ pub struct Case {
     pub element: Element,
 }
 
-/// One line's worth of the mesh for a report.
+/// Description of the mesh in one line of a report.
 pub struct MeshLine<'a> {
     case: &'a Case,
     finger: &'a Finger,
@@ -91,7 +91,7 @@ pub enum Law {
 }
 
 impl Case {
-    /// The shape `shape` with the nail that its file asks for.
+    /// The shape `shape` with the nail that its file specifies.
     pub fn new(shape: &'static str, preset: MeshPreset) -> Self {
         Self {
             shape,
@@ -113,7 +113,7 @@ impl Case {
         like_for_like::finger(tip, &Tissue::default(), self.element).expect("a body")
     }
 
-    /// What the mesh is.
+    /// Description of the mesh.
     pub fn line<'a>(&'a self, finger: &'a Finger) -> MeshLine<'a> {
         MeshLine { case: self, finger }
     }
@@ -158,7 +158,7 @@ pub fn cpu<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (clock.elapsed().as_secs_f64(), result)
 }
 
-/// Runs CalculiX to its end or to the time limit; what it had printed by then, and why it stopped.
+/// Runs CalculiX to its end or to the time limit; returns its output up to then, and its reason to stop.
 ///
 /// # Panics
 /// If there is no CalculiX, or the deck cannot be written or its results not be read.
@@ -191,9 +191,9 @@ pub struct Row {
     pub pass: f64,
 }
 
-/// A row that shows how far another element is from CalculiX's, which is no question of right or wrong.
+/// A row that shows the difference of another element from CalculiX's, without a criterion.
 #[derive(Clone, Copy, Debug)]
-pub struct Told(pub Row);
+pub struct WithoutVerdict(pub Row);
 
 impl Row {
     /// Ours over CalculiX's, less one.
@@ -207,7 +207,7 @@ impl Row {
     }
 }
 
-impl fmt::Display for Told {
+impl fmt::Display for WithoutVerdict {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Row { at_mm, ours, calculix, .. } = self.0;
         write!(f, "{at_mm:>8.2} {ours:>12.5} {calculix:>12.5} {:>+8.2} %", 100.0 * self.0.difference())
@@ -217,7 +217,7 @@ impl fmt::Display for Told {
 impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let verdict = if self.passes() { "pass" } else { "FAIL" };
-        write!(f, "{} {:>7.1} %  {verdict}", Told(*self), 100.0 * self.pass)
+        write!(f, "{} {:>7.1} %  {verdict}", WithoutVerdict(*self), 100.0 * self.pass)
     }
 }
 
@@ -241,10 +241,12 @@ pub fn press_calculix(case: &Case, finger: &Finger, limit: Duration) -> Vec<f64>
 pub const SPHERE_MM: f64 = 10.0;
 /// Depths at which the normal forces on the sphere are compared, mm.
 const SPHERE_DEPTHS_MM: [f64; 3] = [0.75, 1.0, 1.5];
-/// Largest relative difference on the sphere: on the coarse and on the medium mesh, and of what both lead to as the elements shrink.
+/// Largest relative difference on the sphere: on the coarse and on the medium mesh, and of the extrapolations to zero
+/// element size.
 ///
-/// Ours touches at nodes. CalculiX touches at points within the faces, into which the sphere bulges between nodes that lie on it, by
-/// 0.02 mm on the coarse mesh and a quarter of that on the medium one: the difference falls with the square of the element.
+/// Ours touches at nodes. CalculiX touches at points within the faces, into which the sphere bulges between nodes that
+/// lie on it, by 0.02 mm on the coarse mesh and a quarter of that on the medium one: the difference falls with the
+/// square of the element.
 pub const SPHERE_PASS: [f64; 3] = [0.09, 0.03, 0.01];
 
 /// Our normal forces of a frictionless press on a sphere against CalculiX's, for each element of ours.
@@ -276,8 +278,8 @@ pub fn sphere_rows(case: &Case, limit: Duration) -> Vec<(Element, Vec<Row>)> {
     [Element::C3d8r, Element::MeanDilatation].map(compared).into()
 }
 
-/// What two meshes lead to as the elements shrink, of rows on the coarse and on the medium mesh whose elements are twice and once as
-/// long (Richardson's extrapolation).
+/// Extrapolation of two meshes to zero element size, from rows on the coarse and on the medium mesh, whose elements are
+/// twice and once as long (Richardson's extrapolation).
 pub fn extrapolated(coarse: &[Row], medium: &[Row]) -> Vec<Row> {
     let limit = |of: fn(&Row) -> f64, c: &Row, m: &Row| (4.0 * of(m) - of(c)) / 3.0;
     let row = |(c, m): (&Row, &Row)| Row {

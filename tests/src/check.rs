@@ -1,13 +1,13 @@
-//! A number beside what it should be.
+//! A number beside its reference.
 
 /// One row of the verification table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// What is compared, with its unit.
+    /// The compared quantity, with its unit.
     pub quantity: String,
-    /// What the code gives.
+    /// Its value.
     pub value: f64,
-    /// What it should give.
+    /// Its reference value.
     pub reference: f64,
     /// Distance as the bound counts it.
     pub difference: f64,
@@ -15,7 +15,7 @@ pub struct Check {
     pub bound: Bound,
 }
 
-/// What a check asks for.
+/// Criterion of a check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// |value − reference| <= bound * |reference|.
@@ -26,8 +26,8 @@ pub enum Bound {
     AtLeast,
     /// value <= reference.
     AtMost,
-    /// Told, not judged.
-    Told,
+    /// Reported without a criterion.
+    Reported,
 }
 
 impl Check {
@@ -54,8 +54,8 @@ impl Check {
     }
 
     /// A number without a verdict.
-    pub fn told(quantity: impl Into<String>, value: f64) -> Self {
-        Self { quantity: quantity.into(), value, reference: f64::NAN, difference: f64::NAN, bound: Bound::Told }
+    pub fn reported(quantity: impl Into<String>, value: f64) -> Self {
+        Self { quantity: quantity.into(), value, reference: f64::NAN, difference: f64::NAN, bound: Bound::Reported }
     }
 
     /// Whether the bound is met; NaN never passes.
@@ -64,7 +64,7 @@ impl Check {
             Bound::Relative(bound) | Bound::Absolute(bound) => self.difference.abs() <= bound,
             Bound::AtLeast => self.value >= self.reference,
             Bound::AtMost => self.value <= self.reference,
-            Bound::Told => true,
+            Bound::Reported => true,
         }
     }
 
@@ -75,7 +75,7 @@ impl Check {
             Bound::Absolute(bound) => (short(self.difference), short(bound)),
             Bound::AtLeast => (short(self.difference), ">= reference".into()),
             Bound::AtMost => (short(self.difference), "<= reference".into()),
-            Bound::Told => ("-".into(), "-".into()),
+            Bound::Reported => ("-".into(), "-".into()),
         };
         [self.quantity.clone(), number(self.value), number(self.reference), difference, bound]
     }
@@ -90,7 +90,7 @@ pub fn table(case: &str, checks: &[Check]) -> String {
     let mut out = String::new();
     for check in checks {
         let verdict = match (check.bound, check.passes()) {
-            (Bound::Told, _) => "",
+            (Bound::Reported, _) => "",
             (_, true) => "pass",
             (_, false) => "FAIL",
         };

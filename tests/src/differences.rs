@@ -1,4 +1,4 @@
-//! The one finite-difference checker through which every derivative goes.
+//! The one finite-difference checker for all derivatives.
 
 /// Derivative of `f` at 0: central differences with steps `h` and `h/2`, extrapolated, error of order h⁴.
 pub fn derivative(h: f64, f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {

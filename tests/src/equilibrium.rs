@@ -3,7 +3,7 @@
 use fingerpad_fe::assembly::{Body, Configuration, Pattern};
 use fingerpad_fe::solve::linear::Factor;
 
-/// Solution with what it took.
+/// Solution with its cost.
 pub struct Equilibrium {
     /// Where the body rests.
     pub at: Configuration,
@@ -13,12 +13,12 @@ pub struct Equilibrium {
     pub residual: f64,
 }
 
-/// Equilibrium of `body` under `load` (dof order, N); fixed nodes stay where `start` has them.
+/// Equilibrium of `body` under `load` (dof order, N); fixed nodes keep their places of `start`.
 ///
 /// Iterates until a step moves no dof by more than `tolerance` (mm or rad) and then once more.
 ///
 /// # Panics
-/// If 50 iterations are not enough, the tangent is not positive definite or an element stays inverted.
+/// If 50 iterations are not enough, the tangent is not positive definite or an element remains inverted.
 pub fn equilibrium(body: &Body, start: Configuration, load: &[f64], tolerance: f64) -> Equilibrium {
     let mut at = start;
     body.follow(&mut at);
@@ -49,7 +49,7 @@ pub fn equilibrium(body: &Body, start: Configuration, load: &[f64], tolerance: f
                 }
                 _ => scale *= 0.5,
             }
-            assert!(scale < -1e-4, "an element stays inverted");
+            assert!(scale < -1e-4, "an element remains inverted");
         }
         if last {
             return Equilibrium { at, iterations, residual: largest(&residual) };

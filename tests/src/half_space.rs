@@ -74,8 +74,9 @@ impl Mindlin {
         self.mu * self.hertz.force_n()
     }
 
-    /// Tractions after a tangential displacement to each of `turns` in turn (mm, the last is where it stands), each swing
-    /// within the one before: discs of radius c (mm) with weights w, traction `w mu p0 sqrt(c² - r²)/a` along x in each.
+    /// Tractions after a tangential displacement to each of `turns` in turn (mm, the last is the present one), each
+    /// swing within the one before: discs of radius c (mm) with weights w, traction `w mu p0 sqrt(c² - r²)/a` along x
+    /// in each.
     ///
     /// The first swing is Cattaneo's; every later one is one of twice the strength, over what was there [Mindlin &
     /// Deresiewicz 1953].
@@ -92,18 +93,18 @@ impl Mindlin {
         discs
     }
 
-    /// Radius of what sticks throughout a swing of this length, mm.
+    /// Radius of the zone that sticks throughout a swing of this length, mm.
     fn swing_radius_mm(&self, swing_mm: f64, strength: f64) -> f64 {
         self.hertz.radius_mm * (1.0 - swing_mm.abs() / (strength * self.full_slip_mm())).max(0.0).sqrt()
     }
 
-    /// Tangential force after `turns`, N: mu P (1 - (1 - s/s_full)^(3/2)) on the first way.
+    /// Tangential force after `turns`, N: mu P (1 - (1 - s/s_full)^(3/2)) on first loading.
     pub fn force_n(&self, turns: &[f64]) -> f64 {
         let cube = |[c, weight]: [f64; 2]| weight * (c / self.hertz.radius_mm).powi(3);
         self.limit_n() * self.discs(turns).into_iter().map(cube).sum::<f64>()
     }
 
-    /// Radius of the stuck disc after `turns`, mm: a sqrt(1 - s/s_full) on the first way.
+    /// Radius of the stuck disc after `turns`, mm: a sqrt(1 - s/s_full) on first loading.
     pub fn stick_radius_mm(&self, turns: &[f64]) -> f64 {
         self.discs(turns).last().map_or(self.hertz.radius_mm, |disc| disc[0])
     }
@@ -111,9 +112,10 @@ impl Mindlin {
 
 /// Torsion of a Hertz contact with Coulomb's friction [Lubkin 1951].
 ///
-/// With `q_t(r) = 4 G r/(pi sqrt(t² - r²))` the traction that turns the disc of radius t rigidly by one radian [Reissner &
-/// Sagoci 1944], q is the sum of q_t with weights phi(t) dt. What sticks turns rigidly, so that phi = 0 within it; outside
-/// q = mu p, which Abel's equation turns into `phi(t) = mu p0 E(k)/(2 G t)`, `k² = 1 - t²/a²` [after Jaeger 1995].
+/// With `q_t(r) = 4 G r/(pi sqrt(t² - r²))` the traction that turns the disc of radius t rigidly by one radian
+/// [Reissner & Sagoci 1944], q is the sum of q_t with weights phi(t) dt. The stick zone turns rigidly, so that phi = 0
+/// within it; outside q = mu p, which Abel's equation turns into `phi(t) = mu p0 E(k)/(2 G t)`, `k² = 1 - t²/a²` [after
+/// Jaeger 1995].
 #[derive(Clone, Copy, Debug)]
 pub struct Torsion {
     /// The contact.
@@ -145,7 +147,7 @@ impl Torsion {
         self.mu * self.hertz.peak_mpa() / (2.0 * self.hertz.half_space.shear_mpa) * (k - e)
     }
 
-    /// Moment then, N mm: each disc bears 16 G t³/3 times its turn.
+    /// Moment then, N mm: each disc carries 16 G t³/3 times its turn.
     pub fn moment_nmm(&self, stick_mm: f64) -> f64 {
         let of_disc = |[t, turn]: [f64; 2]| 16.0 / 3.0 * self.hertz.half_space.shear_mpa * t.powi(3) * turn;
         self.discs(stick_mm).into_iter().map(of_disc).sum()
@@ -310,7 +312,7 @@ mod tests {
         let mindlin = Mindlin { hertz: hertz(), mu: 0.4 };
         let full = mindlin.full_slip_mm();
         for peak in [0.3 * full, 0.8 * full] {
-            // Back to the other side, force and stick radius are those of the first way.
+            // Back to the other side, force and stick radius are those of first loading.
             let force = mindlin.force_n(&[peak]);
             assert!((mindlin.force_n(&[peak, -peak]) / force + 1.0).abs() < 1e-12);
             assert!((mindlin.stick_radius_mm(&[peak, -peak]) / mindlin.stick_radius_mm(&[peak]) - 1.0).abs() < 1e-12);

@@ -1,6 +1,6 @@
-//! What memory a process has used.
+//! Memory of a process.
 
-/// Largest resident memory of this process so far, GiB; NaN where the system does not tell.
+/// Largest resident memory of this process so far, GiB; NaN if the system does not report it.
 pub fn peak_gib() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let kib =

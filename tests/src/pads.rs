@@ -1,4 +1,4 @@
-//! A pad under way on a body, with the work that goes in and out.
+//! A pad in motion on a body, with its balance of work.
 //!
 //! Main type: [`Ride`]. The same code in single and double precision.
 
@@ -10,22 +10,22 @@ use crate::random::Random;
 /// Most patches of a pad here.
 pub const PATCHES: usize = 64;
 
-/// A contact under way: slide x and y and depth (mm), spin, pitch from the neutral one and roll (rad).
+/// State of a contact in motion: slide x and y and depth (mm), spin, pitch from the neutral one and roll (rad).
 #[derive(Clone)]
 pub struct Ride<'a, T, B> {
     /// The pad.
     pub pad: Pad<'a, T>,
-    /// What it touches.
+    /// The body that it touches.
     pub body: B,
     /// Its memory.
     pub state: PadState<PATCHES, T>,
-    /// Where it is.
+    /// Its pose.
     pub at: [f64; 6],
-    /// What it answered last.
+    /// Its last response.
     pub last: Response<T>,
-    /// Work of the body on the finger, and what went in and out, mJ.
+    /// Work of the body on the finger, and the sum of its magnitudes, mJ.
     pub work_mj: [f64; 2],
-    /// Steps that did not come to equilibrium.
+    /// Steps without equilibrium.
     pub open_steps: usize,
 }
 
@@ -143,7 +143,8 @@ pub fn held_load(pad: Pad<'_>, size: [f64; 6], cycles: usize) -> Result<(Vec<[f6
     Ok((after, ride.last.friction_limit_n.into()))
 }
 
-/// Least work of the body over what goes in and out, along random closed paths in all six coordinates with a strength that changes.
+/// Least work of the body over the exchanged work, along random closed paths in all six coordinates with a strength
+/// that changes.
 ///
 /// * `steps`: steps of each of the eight legs of a path
 ///

@@ -1,4 +1,4 @@
-//! Laws written once more, plainly, on 3x3 matrices: what the fast ones are compared with.
+//! Laws written again, plainly, on 3x3 matrices: references for the fast ones.
 
 use fingerpad_fe::material::{Hyperelastic, Material, SaintVenantKirchhoff, lame_from_young};
 use nalgebra::{Matrix3, SymmetricEigen};

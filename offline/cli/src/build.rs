@@ -32,9 +32,9 @@ Examples:
   fingerpad build --fit                             and fits a reduced model
   fingerpad build --print-config > my.toml          all settings with their defaults
 
-The forces at the four depths are compared with the measured table and, where shape, tissue and friction law are those of the
-reduced model that ships, with that model. A build that was killed goes on where it was: finished depths are not run again, an
-unfinished one loses some seconds. A folder that holds another run's settings is refused.")]
+The forces at the four depths are compared with the measured table. If shape, tissue and friction law are those of the
+shipped reduced model, they are also compared with that model. A build that was killed resumes: finished depths are
+not run again, and an unfinished one repeats some seconds. A folder with the settings of another run is refused.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
@@ -45,12 +45,13 @@ pub struct Args {
     /// `finger` does (minutes)
     #[arg(long)]
     pub(super) fit: bool,
-    /// Run everything again, also what is finished, and the whole design of experiments behind the reduced model (407
-    /// paths: minutes on the coarse mesh, hours on the default one; goes on where it was), and fit the model to it
+    /// Run everything again, finished runs included, with the whole design of experiments behind the reduced model (407
+    /// paths: minutes on the coarse mesh, hours on the default one; an interrupted run resumes), and fit the model to
+    /// it
     #[arg(long)]
     pub(super) full: bool,
-    /// Folder of the stored runs of --fit; used where the settings are theirs [default: those that ship with the program, of
-    /// the default settings]
+    /// Folder of the stored runs of --fit; used if the settings are theirs [default: the shipped runs, of the default
+    /// settings]
     #[arg(long, value_name = "DIR", requires = "fit")]
     pub(super) runs: Option<PathBuf>,
     /// Threads; each depth runs on one [default: the machine's]
@@ -64,7 +65,7 @@ pub struct Args {
     print_config: bool,
 }
 
-/// What `out/run.json` says of a folder.
+/// Contents of `out/run.json`: the command that owns the folder.
 #[derive(Serialize, Deserialize)]
 struct Identity {
     settings_hash: String,
@@ -81,7 +82,7 @@ struct Stored<T> {
     result: T,
 }
 
-/// What stands in the folder of results.
+/// Names of the files in the folder of results.
 const NAMES: &[&str] = &[
     "run.json",
     "report.json",
@@ -216,11 +217,11 @@ enum Piece {
 /// A piece that a free thread may run.
 enum Work {
     Frictionless,
-    /// The slides at a depth, from where the press to it ended.
+    /// The slides at a depth, from the end of the press to it.
     Slides(usize, Box<Stored<PathEnd>>),
 }
 
-/// Where pieces run and what they leave.
+/// Runs the pieces and stores their results.
 struct Pieces<'a> {
     config: &'a Config,
     finger: &'a Finger,
@@ -230,8 +231,8 @@ struct Pieces<'a> {
     results: Mutex<Vec<Result<Piece, Failure>>>,
 }
 
-/// Runs what is not finished yet: one press through all depths on a thread, the slides from each depth that it reaches and
-/// the frictionless press on whichever is free.
+/// Runs the pieces that are not finished yet. One thread presses through all depths; the slides from each depth that it
+/// reaches and the frictionless press run on any free thread.
 fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &Path) -> Result<Runs, Failure> {
     let pieces = Pieces { config, finger, hash, folder, bars: Bars::default(), results: Mutex::default() };
     let depths = &config.experiment.depths_mm;
@@ -269,7 +270,7 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
         match result {
             Ok(Piece::Depth(k, stored)) => done[k] = Some(stored),
             Ok(Piece::Frictionless(stored)) => frictionless = Some(stored),
-            // Numerics before interruption: it is the one to be told.
+            // A numerical failure takes precedence over an interruption.
             Err(error) if failure.is_none() || matches!(error, Failure::Numerics(_)) => failure = Some(error),
             Err(_) => {}
         }
@@ -288,7 +289,7 @@ impl Pieces<'_> {
         self.folder.join(format!("depth_{depth_mm:.4}mm.bin"))
     }
 
-    /// Where the press stood at a depth.
+    /// State of the press at a depth.
     fn pressed_file(&self, depth_mm: f64) -> PathBuf {
         self.folder.join(format!("pressed_{depth_mm:.4}mm.state"))
     }
@@ -301,7 +302,7 @@ impl Pieces<'_> {
         self.results.lock().expect("no panic while locked").push(result);
     }
 
-    /// Presses through the depths, and hands on each of the `missing` ones (rising) as it is reached.
+    /// Presses through the depths, and passes on each of the `missing` ones (rising) as it is reached.
     fn press(&self, missing: &[usize], reached: mpsc::Sender<Work>) {
         let mut from: Option<Stored<PathEnd>> = None;
         for k in 0..missing.last().map_or(0, |last| last + 1) {
@@ -334,7 +335,7 @@ impl Pieces<'_> {
         })
     }
 
-    /// Runs pieces until none will come.
+    /// Runs pieces until the channel is closed.
     fn work(&self, pieces: &Mutex<mpsc::Receiver<Work>>) {
         loop {
             let next = pieces.lock().expect("no panic while locked").recv();
@@ -349,7 +350,7 @@ impl Pieces<'_> {
         }
     }
 
-    /// The slides at a depth; the time of the press from the depth before is theirs.
+    /// The slides at a depth; their time includes that of the press from the depth before.
     fn slides(&self, k: usize, pressed: Stored<PathEnd>) -> Result<Stored<Trajectory>, Failure> {
         let depth_mm = self.config.experiment.depths_mm[k];
         let Stored { wall_s, cpu_s, result: from, .. } = pressed;
@@ -380,7 +381,7 @@ impl Pieces<'_> {
         })
     }
 
-    /// Runs a piece under a bar of its own and stores what it gives; `run` returns that and its CPU time, s.
+    /// Runs a piece under its own progress bar and stores its result; `run` returns the result and its CPU time, s.
     fn run<T: Serialize>(
         &self,
         what: &str,
@@ -406,7 +407,7 @@ impl Pieces<'_> {
     }
 }
 
-/// A finished piece of the same settings; anything else counts as not there.
+/// A finished piece of the same settings; any other file counts as missing.
 fn read_stored<T: DeserializeOwned>(file: &Path, hash: &str) -> Option<Stored<T>> {
     let stored: Stored<T> = postcard::from_bytes(&fs::read(file).ok()?).ok()?;
     (stored.settings_hash == hash).then_some(stored)
@@ -478,7 +479,7 @@ fn kinetic(trajectory: &Trajectory) -> Steady {
 }
 
 fn checks(config: &Config, depths: &[DepthResult]) -> Vec<Check> {
-    // How much friction still changes over the last tenth of the slide.
+    // Change of the friction over the last tenth of the slide.
     let drift = depths
         .iter()
         .filter_map(|depth| {
@@ -522,7 +523,7 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
     results::write(out, &files)
 }
 
-/// A measured value, the model's and their difference; dashes where nothing was measured at that depth.
+/// A measured value, the model's and their difference; dashes without a measurement at that depth.
 fn beside((measured, model): (Option<f64>, f64), width: [usize; 2], digits: [usize; 2]) -> String {
     let [wide, narrow] = width;
     let model_text = format!("{model:narrow$.0$}", digits[1]);

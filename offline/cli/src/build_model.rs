@@ -13,7 +13,7 @@ use fingerpad_report::{DepthResult, ReducedModel};
 use super::build::Args;
 use super::{Failure, bar, go_on, make_finger_for, model, run_failure, show};
 
-/// The path of the design that is run again and compared with what is stored.
+/// The path of the design that is rerun and compared with the stored run.
 const AGAIN: &str = "straight-00";
 
 /// Presets of the mesh, the nearest to the default first.
@@ -40,7 +40,7 @@ pub(super) fn compare_shipped(config: &Config, depths: &[DepthResult]) -> Result
     Ok(None)
 }
 
-/// Prints how far a model is from the runs.
+/// Prints the errors of a model along the runs.
 pub(super) fn print_reduced(depths: &[DepthResult], reduced: &ReducedModel) {
     println!("\nreduced model {} less finite elements, over all rows of a depth", reduced.name);
     println!("          normal force                         friction");
@@ -64,8 +64,8 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
     }
     let folder = if args.full { Some(made.as_path()) } else { args.runs.as_deref() };
     let all = super::reduce::read_runs(folder)?;
-    // Runs of the same finger on another mesh serve where there are none on this one; the comparison below tells by how much
-    // they differ.
+    // If no runs exist for this mesh, those of the same finger on another mesh are used; the comparison below prints
+    // the difference.
     let other_meshes = PRESETS.map(|mesh_preset| reduce::settings_hash(&Config { mesh_preset, ..config.clone() }));
     let mut hashes = vec![hash.clone()];
     hashes.extend(other_meshes.into_iter().collect::<Result<Vec<_>, _>>()?);

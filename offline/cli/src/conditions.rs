@@ -1,6 +1,6 @@
-//! Conditions of skin and series along a path of `eval`, as far as the model's effects read them.
+//! Conditions of the skin, and columns along a path of `eval`, for the model's effects.
 //!
-//! Main types: [`Conditions`] (the flags), [`read_by`] (what a model reads).
+//! Main types: [`Conditions`] (the flags), [`read_by`] (the conditions that a model reads).
 
 use anyhow::anyhow;
 use fingerpad::effects::{Column, LAWS, OWN, tables};
@@ -12,19 +12,19 @@ use super::Failure;
 /// Conditions that hold along the whole path.
 #[derive(clap::Args)]
 pub struct Conditions {
-    /// Moisture of the skin along the path, corneometer units, where the model reads it [default: 35]
+    /// Moisture of the skin along the path, corneometer units, if the model reads it [default: 35]
     #[arg(long, allow_negative_numbers = true, conflicts_with = "runs")]
     hydration_au: Option<f32>,
-    /// Temperature of the skin along the path, °C, where the model reads it [default: 32]
+    /// Temperature of the skin along the path, °C, if the model reads it [default: 32]
     #[arg(long, allow_negative_numbers = true, conflicts_with = "runs")]
     temperature_c: Option<f32>,
-    /// Width of the finger, mm, where the model reads it [default: 16]
+    /// Width of the finger, mm, if the model reads it [default: 16]
     #[arg(long, allow_negative_numbers = true, conflicts_with = "runs")]
     finger_width_mm: Option<f32>,
-    /// Clock of the series at the start of the path, s, where the model has a drift [default: 0]
+    /// Clock of the series at the start of the path, s, if the model has a drift [default: 0]
     #[arg(long, allow_negative_numbers = true, conflicts_with = "runs")]
     series_s: Option<f32>,
-    /// Contact time since the last rest along the path, s, where the model reads it [default: counted along the path]
+    /// Contact time since the last rest along the path, s, if the model reads it [default: counted along the path]
     #[arg(long, allow_negative_numbers = true, conflicts_with = "runs")]
     occlusion_s: Option<f32>,
 }
@@ -73,7 +73,7 @@ impl Conditions {
     /// Refuses a condition that the model does not read, and a value out of range.
     ///
     /// # Errors
-    /// [`Failure::Input`] with flag, value, and what is allowed.
+    /// [`Failure::Input`] with flag, value, and the allowed range.
     pub fn check(&self, file: &File<'_>, model_name: &str) -> Result<(), Failure> {
         let read = read_by(file);
         for (flag, column, value) in self.each() {

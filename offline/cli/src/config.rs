@@ -9,7 +9,7 @@ use fingerpad_fe::mesh::{MeshPreset, imported::ImportedGeometry, volume::VolumeG
 use fingerpad_reduce::DesignSettings;
 use serde::{Deserialize, Serialize};
 
-/// What a configuration file may say; what it leaves out has its default.
+/// The sections of a configuration file; a section or key that is absent has its default.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConfigFile {

@@ -27,7 +27,7 @@ struct Runner<'a> {
 
 /// Runs the strokes of a diagnosis that claims an effect.
 ///
-/// * `folder`: where finished strokes are kept; those of an earlier, interrupted run are taken from there
+/// * `folder`: folder of finished strokes; those of an earlier, interrupted run are reused
 pub fn confirm(
     model: &Model,
     reference: &ReferenceCurves,
@@ -45,7 +45,7 @@ pub fn confirm(
     let room = Clearance::of(&finger).depth_mm;
     if !(depth < room) {
         return Err(Failure::Input(anyhow::anyhow!(
-            "--confirm-fe: a stroke goes {depth:.2} mm deep, and the bone or the held section of shape {} lies {room:.2} mm above first \
+            "--confirm-fe: a stroke is {depth:.2} mm deep, and the bone or the held section of shape {} lies {room:.2} mm above first \
              touch: give the finger's own geometry by --shape or --config",
             config.geometry_name()
         )));
@@ -99,7 +99,7 @@ impl Runner<'_> {
         }
     }
 
-    /// A stroke from its file or from the finite elements; `None` where they find no equilibrium.
+    /// A stroke from its file or from the finite elements; `None` if they find no equilibrium.
     fn one(&self, stroke: &FeStroke<'_>) -> Result<Option<Vec<FeRow>>, Failure> {
         let file = self.folder.join(format!("{}.json", self.key(stroke)));
         if let Some(rows) = std::fs::read(&file).ok().and_then(|b| serde_json::from_slice(&b).ok()) {
@@ -114,13 +114,13 @@ impl Runner<'_> {
         if go_on().is_break() {
             return Err(self.interrupted());
         }
-        // The numbers as a later run reads them, to the last bit: the next round's strokes depend on them.
+        // The numbers as a later run reads them, to the last bit: the choice of the next strokes depends on them.
         serde_json::from_slice(&text).map_err(|e| Failure::Numerics(e.into()))
     }
 
     fn interrupted(&self) -> Failure {
         Failure::Interrupted(format!(
-            "the report stands without it; finished strokes are kept in {}",
+            "the report is written without it; finished strokes are kept in {}",
             self.folder.display()
         ))
     }

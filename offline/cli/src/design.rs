@@ -52,7 +52,7 @@ pub fn check(config: &Config, settings: &DesignSettings, folder: &Path, share: S
     Err(Failure::Input(anyhow!("{}: {} paths are missing: {}", folder.display(), missing.len(), missing.join(", "))))
 }
 
-/// Runs the paths of a share that have no file yet, a thread per path or per batch of paths that begin alike.
+/// Runs the paths of a share that have no file yet, a thread per path or per batch of paths with a common first part.
 pub fn run(
     config: &Config,
     settings: &DesignSettings,
@@ -127,7 +127,7 @@ fn in_turn(batches: Vec<Batch>) -> VecDeque<Batch> {
     turns.into_iter().map(|(_, batch)| batch).collect()
 }
 
-/// Where runs stand.
+/// State of the runs.
 struct Place<'a> {
     folder: &'a Path,
     hash: String,
@@ -170,7 +170,7 @@ fn run_in_threads(
     failures.into_inner().expect("threads have ended").into_iter().next().map_or(Ok(()), Err)
 }
 
-/// Runs what is missing of a batch: the common beginning once, if more than one path is missing.
+/// Runs the missing paths of a batch. If more than one is missing, their common first part runs once.
 fn run_batch(
     config: &Config,
     batch: &Batch,
@@ -202,20 +202,21 @@ fn run_batch(
     Ok(())
 }
 
-/// A run, and whether it ended because skin beside the pad came to the plane: then a larger pad may help.
+/// A run, and whether it ended because skin beside the pad reached the plane; then a larger pad may help.
 struct Followed {
     run: Run,
     left_pad: bool,
 }
 
-/// The finger, halved where the paths of the batch keep its symmetry: their common beginning then does as they do.
+/// The finger, halved if the paths of the batch keep its symmetry: their common first part is then symmetric too.
 fn problem<'a>(config: &Config, finger: &'a Finger, batch: &Batch) -> Problem<'a> {
     let mut problem = config.problem(finger);
     problem.half = problem.half.filter(|_| batch.experiments.iter().all(|e| e.path.is_symmetric()));
     problem
 }
 
-/// The end of the batch's common beginning; None if it has none, or one that ends early: each path then tells why.
+/// The end of the batch's common first part. None if the batch has none, or if that part ends early: each path then
+/// reports its own reason.
 fn follow_beginning(problem: &Problem, batch: &Batch, bars: &Bars) -> Result<Option<PathEnd>, Failure> {
     let Some(path) = batch.beginning() else { return Ok(None) };
     let bar = bars.add(bar(format!("{} and more", batch.experiments[0].name)));
@@ -254,7 +255,7 @@ fn run_one(
     let left_pad = matches!(result, Err(LoadPathError::BesidePad { .. }));
     let (trajectory, ended_early): (Trajectory, _) = match result {
         Ok(trajectory) => (trajectory, None),
-        // A path that got stuck is kept as far as it came, and says so.
+        // A path without equilibrium is kept up to the last row and marked.
         Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
             (*reached, Some(format!("t = {t_s:.4} s: {cause}")))
         }

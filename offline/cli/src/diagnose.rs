@@ -1,5 +1,7 @@
 //! `fingerpad diagnose`: which effect is missing from the model, by measured runs.
 
+mod repeated;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -8,7 +10,8 @@ use fingerpad_diagnose::laws::run_columns::template;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
-    NextExperiment, Options, PlanConstraints, ReducedDiagnosis, RunSet, SelectionSettings, Verdict, corrected_model,
+    NextExperiment, Options, PlanConstraints, PowerSettings, Redecision, ReducedDiagnosis, RunSet, SelectionSettings,
+    Verdict, corrected_model,
     diagnose, diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
@@ -32,11 +35,16 @@ Examples:
   fingerpad diagnose --calibration c0.csv --measured m0.csv --map run=Trial --check
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --laws laws.toml --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --power --power-seconds 20 --out d
 
 --check says what was understood of the files and which laws they can test. Files may be compressed by gzip; commas,
 semicolons or tabs separate cells, with the latter two decimals may have commas, and the row below the header may name the
 units. Values of another unit are reported with the --unit that converts them. No run of a file may stand in another one.
 With --can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.
+
+--power simulates the measured runs with the calibrated model, noise and scatter, without an effect and with each law at
+3, 10 and 30 % of the force, and decides each set: how often these runs raise a false alarm, and how often they detect
+and name an effect. It takes two minutes unless --power-seconds says otherwise; Ctrl-C keeps the sets that were counted.
 
 --laws adds laws of your own, formulas over drivers and further columns of the runs; a law that is named stands in
 corrected.fpm as a table, so that firmware runs it as it is. docs/laws-of-your-own.md has ten of them.
@@ -83,6 +91,15 @@ pub struct Args {
     /// Seed of the sign flips
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Simulate what these runs can show: false alarms, detection and naming of each law at 3, 10 and 30 %
+    #[arg(long, conflicts_with_all = ["force_only", "table", "check"])]
+    power: bool,
+    /// With --power: time for it, s
+    #[arg(long, value_name = "S", default_value_t = 120.0, requires = "power")]
+    power_seconds: f64,
+    /// Groups of measured runs that are left out in turn to see whether the verdict holds; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    stability_groups: usize,
     /// Switch the effect on inside the finite-element law and re-run a part of the strokes
     #[arg(long, conflicts_with_all = ["force_only", "table"])]
     confirm_fe: bool,
@@ -184,6 +201,7 @@ const NAMES: &[&str] = &[
     "evidence.png",
     "heldout.png",
     "confirmation.png",
+    repeated::STABILITY_PICTURE,
     "forces.png",
     "table.png",
     "candidates.png",
@@ -352,6 +370,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !(args.least_rest_s >= 0.0 && args.least_rest_s.is_finite()) {
         return Err(Failure::Input(anyhow!("--least-rest-s {}: not a time", args.least_rest_s)));
     }
+    if !(args.power_seconds > 0.0 && args.power_seconds <= 86_400.0) {
+        return Err(Failure::Input(anyhow!("--power-seconds {}: not between 0 and 86400 s", args.power_seconds)));
+    }
     if let Some(path) = &args.template {
         if path.exists() {
             return Err(Failure::Input(anyhow!(
@@ -424,7 +445,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(reason) => eprintln!("warning: {CORRECTED} is not written: {reason}"),
         }
     }
+    let again = Redecision::new(&evidence, &reference, &options.settings);
+    let threads = PowerSettings::default().threads;
+    if args.stability_groups > 0 {
+        report.stability = repeated::leave_out_groups(&again, args.stability_groups, threads);
+    }
     report.elapsed_s = started.elapsed().as_secs_f64();
+    if args.power {
+        // Power takes minutes: what stands is written before.
+        write(args, &report, &evidence, model_bytes.as_deref())?;
+        let settings = PowerSettings { seconds: args.power_seconds, seed: args.seed, ..PowerSettings::default() };
+        report.power = Some(repeated::simulate_power(&again, &settings));
+        report.elapsed_s = started.elapsed().as_secs_f64();
+    }
     // The finite elements take minutes: what stands is written before.
     write(args, &report, &evidence, model_bytes.as_deref())?;
     if args.confirm_fe && evidence.laws.is_empty() {
@@ -438,8 +471,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(args, &report, &evidence, model_bytes.as_deref())?;
     }
     println!("{}", report::diagnosis::summary(&report));
+    report.stability.iter().for_each(|found| println!("{}", repeated::stability_sentence(found)));
+    report.power.iter().for_each(|found| println!("{}", repeated::power_sentence(found, &report)));
     report.corrected_tables.iter().for_each(|table| println!("{CORRECTED}: {table}"));
-    Ok(())
+    match &report.power {
+        Some(found) if found.interrupted => {
+            let place = args.out().display();
+            Err(Failure::Interrupted(format!("the report with {} simulated sets was written to {place}", found.sets)))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Writes a diagnosis of forces alone or of a table.
@@ -472,10 +513,13 @@ fn write_reduced(
 }
 
 fn write(args: &Args, report: &Diagnosis, evidence: &Evidence, model: Option<&[u8]>) -> Result<(), Failure> {
-    let rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
+    let mut rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
+    rendered.html = repeated::on_page(&rendered.html, report);
+    let picture = report.stability.as_ref().map(repeated::stability_picture);
+    let picture = picture.map(|svg| (repeated::STABILITY_PICTURE.to_owned(), svg.into_bytes()));
     let plan = report.next_experiment.as_ref().filter(|_| report.verdict == Verdict::Ambiguous);
     let model = model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec()));
-    write_files(args, args.out(), rendered, plan, model.into_iter().collect())
+    write_files(args, args.out(), rendered, plan, model.into_iter().chain(picture).collect())
 }
 
 /// Writes a diagnosis in place of the folder's earlier one, the page last.

@@ -27,7 +27,7 @@ pub const SIDE_BY_SIDE: &str = "side_by_side.csv";
 /// Steady slides that were computed, in a folder of their own; kept for the next run.
 pub const STATES: &str = "fe/steady_slides.bin";
 
-/// A diagnosis with the files that it leaves.
+/// A diagnosis with its files.
 pub struct TableDiagnosis {
     /// The finding, its report completed.
     pub finding: Finding,
@@ -55,8 +55,8 @@ pub fn names(map: Option<&str>, unit: Option<&str>) -> Result<ColumnNames, Failu
 
 /// Diagnoses the table in a file.
 ///
-/// * `names`: what the file calls its columns
-/// * `out`: folder of the results, where finished slides are kept
+/// * `names`: the column names of the file
+/// * `out`: folder of the results, which keeps finished slides
 pub fn diagnose(
     model: &Model,
     path: &Path,
@@ -78,7 +78,7 @@ pub fn diagnose(
     let done = Mutex::new(0);
     let hooks = Hooks {
         go_on: &|| go_on().is_continue(),
-        tell: &|_, line| {
+        report_progress: &|_, line| {
             let Some((asked, expected)) = line.split_once('/') else { return };
             let (Ok(asked), Ok(expected)) = (asked.parse::<usize>(), expected.parse::<usize>()) else { return };
             let mut done = done.lock().expect("no panic while locked");
@@ -122,7 +122,7 @@ pub fn diagnose(
     Ok(TableDiagnosis { finding, files, rendered })
 }
 
-/// The corrected configuration, its shape where it is another, and both tables.
+/// The corrected configuration, its shape if that changed, and both tables.
 fn files(
     finding: &Finding,
     given: &Config,

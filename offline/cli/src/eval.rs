@@ -33,26 +33,26 @@ Examples:
   fingerpad eval --model pad.fpm --path path.csv --out reduced.csv             a pad, which `pad` writes
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
 
-Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg, pitch_deg
-and roll_deg, which change evenly between rows as the others do. Moments in place of angles are refused. The response has
-the columns of `simulate` and friction_limit_n, slip_margin, band_normal_n, band_friction_n: the half-widths within which
-95 % of the finite-element runs lie that the fit did not see. Steps are at most 0.02 mm and 0.4 degrees; all arithmetic is
-that of the package on the microcontroller. A force out of reach leaves the nearest state and the status load_not_reached.
-Flags of the column status are counted on standard error.
+Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg,
+pitch_deg and roll_deg. All of them are linear between rows. Moments in place of angles are refused. The response has
+the columns of `simulate`, and friction_limit_n, slip_margin, band_normal_n, band_friction_n. The bands are
+half-widths that contain 95 % of the finite-element rows that were left out of the fit. Steps are at most 0.02 mm and
+0.4 degrees; all arithmetic is that of the package on the microcontroller. If a force cannot be reached, the result is
+the nearest state, with the status load_not_reached. Flags of the column status are counted on standard error.
 
---runs takes measured runs as `diagnose` does, state columns included, writes prediction and residual of every row, and
-prints the root mean square residual: for the corrected.fpm of a diagnosis the gap after of its report. A model with a law
-of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them too, a value a row, between which they
-change evenly; --column voltage_v=120 holds one at a value along the whole path.
+--runs takes measured runs as `diagnose` does, state columns included. It writes prediction and residual of every row,
+and prints the root mean square residual: for the corrected.fpm of a diagnosis this is the gap after the correction in
+its report. A model with a law of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them
+too, a value a row, linear between rows; --column voltage_v=120 sets a constant value along the whole path.
 
-A model file is a bed of springs, which knows one pose of the finger on a plane, or a pad, which answers in every pose and on
-a plane, a sphere, a cylinder or an edge (--body). Without --model the shipped bed is taken, and the shipped pad where the
-path leaves the bed's pose or depth or --body is given. On a body depth_mm counts along the normal from where the plane through
-the body's apex would first touch in the pose; the apex lies under first touch of the pose in which the path starts. A pose out of
-the range of a pad's fit leaves the nearest pose and the status pose_out_of_range.
+A model file is either a bed of springs, for one pose of the finger on a plane, or a pad, for every pose on a plane, a
+sphere, a cylinder or an edge (--body). Without --model the shipped bed is used, or the shipped pad if the path leaves
+the bed's pose or depth or --body is given. On a body, depth_mm counts along the normal from the place where the plane
+through the body's apex would first touch in the pose; the apex lies under first touch of the pose at the start of the
+path. If a pose is out of the range of a pad's fit, the nearest pose is used, with the status pose_out_of_range.
 
-An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response goes to
-standard output and messages to standard error; --path - and --runs - read standard input.")]
+An earlier response of eval at --out is replaced, any other file only with --force. With --out - the response is
+written to standard output and messages to standard error; --path - and --runs - read standard input.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
@@ -67,7 +67,8 @@ pub struct Args {
     conditions: Conditions,
     #[command(flatten)]
     body: BodyArgs,
-    /// Value along the path of a column of your own that the model reads and the path lacks, as column=value; may be repeated
+    /// Constant value of an additional column that the model reads and the path does not have, as column=value; may be
+    /// repeated
     #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
     column: Vec<(String, f64)>,
     /// Response to write (CSV); - for standard output
@@ -84,8 +85,8 @@ fn column_value(text: &str) -> Result<(String, f64), String> {
     Ok((name.trim().to_owned(), number))
 }
 
-/// What the provenance of a model file says of it under a name; nothing where it does not.
-fn told<T: serde::de::DeserializeOwned>(meta: &str, name: &str) -> Option<T> {
+/// A value of the model file's provenance; None if it is absent or of another type.
+fn provenance_value<T: serde::de::DeserializeOwned>(meta: &str, name: &str) -> Option<T> {
     let meta = serde_json::from_str::<serde_json::Value>(meta).ok()?;
     serde_json::from_value(meta.get(name)?.clone()).ok()
 }
@@ -147,7 +148,7 @@ impl AlongPath {
 fn read_runs(path: &Path, file: &File<'_>, model_name: &str) -> Result<RunSet, Failure> {
     let map = ColumnMap::parse_with(own_columns(file), None, None).map_err(|e| Failure::Input(anyhow!(e)))?;
     let set = super::diagnose::read_mapped(outputs::input(path), &map)?;
-    // The others are counted from the motion where the file does not have them.
+    // The others are counted from the motion if the file does not have them.
     let of_skin = [Column::Hydration, Column::Temperature, Column::Width];
     let of_skin = of_skin.into_iter().filter(|column| read_by(file).contains(column));
     let missing = map.own_columns().into_iter().chain(of_skin).find(|column| !set.recorded.contains(column));
@@ -192,7 +193,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     if args.body.is_given() {
         return Err(Failure::Input(anyhow!(
-            "{model_name}: a bed of springs knows the plane only; a pad takes other bodies"
+            "{model_name}: a bed of springs supports the plane only; a pad supports other bodies"
         )));
     }
     match (&args.runs, &args.path) {
@@ -221,7 +222,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Why a path needs the pad that ships instead of the bed, if it does.
 fn needs_pad(args: &Args, bed: &File<'_>, path: &PlanePath) -> Option<String> {
     if args.body.is_given() {
-        return Some("--body asks for a pad".into());
+        return Some("--body requires a pad".into());
     }
     let [pitch, roll] = bed.model.data().pose_deg;
     let turned = |turn: &Option<Turn>, of_bed: f32| {
@@ -236,7 +237,7 @@ fn needs_pad(args: &Args, bed: &File<'_>, path: &PlanePath) -> Option<String> {
     is_deeper.then(|| format!("the path is deeper than the shipped bed of springs was fitted ({most:.2} mm)"))
 }
 
-/// Writes the response and tells of its flags.
+/// Writes the response and prints a summary of its status flags.
 fn write(args: &Args, path: &PlanePath, rows: &[TrajectoryRow], range: &Range) -> Result<(), Failure> {
     let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
     let extra: Vec<_> =
@@ -303,12 +304,12 @@ fn refuse_long(path_file: &Path, path: &PlanePath) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a model was fitted in.
+/// The range in which a model was fitted.
 struct Range {
     depth_max_mm: f32,
     pitch_deg: [f32; 2],
     roll_max_deg: f32,
-    /// What an answer beyond the depth is.
+    /// Meaning of a result beyond the depth.
     beyond: &'static str,
 }
 
@@ -319,7 +320,7 @@ impl Range {
             depth_max_mm: file.model.depth_max_mm(),
             pitch_deg: [pitch_deg; 2],
             roll_max_deg: roll_deg.abs(),
-            beyond: "the answer is that of the largest depth",
+            beyond: "the result is that of the largest depth",
         }
     }
 
@@ -329,7 +330,7 @@ impl Range {
             depth_max_mm: n.depth_max_mm,
             pitch_deg: n.pitch_range_deg,
             roll_max_deg: n.roll_max_deg,
-            beyond: "the answer goes on beyond the fit, up to twice that depth",
+            beyond: "the result is extrapolated, up to twice that depth",
         }
     }
 }
@@ -376,22 +377,25 @@ fn along_path(
     rows.map_err(|e| Failure::Input(anyhow!("{}: {e}", path_file.display())))
 }
 
-/// What each flag of the status means.
+/// Meaning of each status flag.
 const FLAGS: [(Status, &str); 10] = [
-    (Status::BAD_INPUT, "a depth or slide that is no number"),
+    (Status::BAD_INPUT, "a depth or slide that is not finite"),
     (Status::BAD_TIME_STEP, "a time step that is not positive"),
     (Status::DEPTH_ABOVE_RANGE, "deeper than the model was fitted:"),
     (Status::LARGE_INCREMENT, "a slide of one step beyond 64 mm, cut to that"),
-    (Status::LOAD_NOT_REACHED, "a force out of reach: the nearest state stands there"),
+    (Status::LOAD_NOT_REACHED, "a force out of reach: the result is the nearest state"),
     (Status::SPIN_IGNORED, "a turn of the plane, which was left out"),
     (Status::MEMORY_LOST, "an inconsistent memory of the contact, which was reset"),
     (
         Status::EFFECT_HELD,
-        "an effect beyond its range, held there: a pull beyond the normal force, a force that is no number, a driver beyond \
+        "an effect beyond its range, clamped: a pull beyond the normal force, a force that is not finite, a driver beyond \
          the table of a law",
     ),
     (Status::NOT_CONVERGED, "no equilibrium within the rounds of a step: too large a step, or too sharp a body"),
-    (Status::POSE_OUT_OF_RANGE, "a pose beyond those that the model was fitted in: the answer is that of the nearest"),
+    (
+        Status::POSE_OUT_OF_RANGE,
+        "a pose beyond those that the model was fitted in: the result is that of the nearest pose",
+    ),
 ];
 
 /// Counts the response's flags on standard error.
@@ -421,8 +425,8 @@ fn warn_of_flags(rows: &[TrajectoryRow], range: &Range) {
 fn along_runs(args: &Args, file: &ModelFile, model_name: &str, path: &Path) -> Result<(), Failure> {
     let file = file.file();
     let mut set = read_runs(path, &file, model_name)?;
-    // A diagnosis that corrected columns with reading errors left the way in the file.
-    let corrections: Vec<Correction> = told(file.meta, "column_corrections").unwrap_or_default();
+    // A diagnosis that corrected columns with reading errors stored the corrections in the file.
+    let corrections: Vec<Correction> = provenance_value(file.meta, "column_corrections").unwrap_or_default();
     corrections.iter().for_each(|c| c.apply(&mut set));
     let effects = Effects::of_file(&file)
         .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;

@@ -20,18 +20,19 @@ use super::{Failure, Model, Outputs, design, make_finger, pad};
 Examples:
   fingerpad finger --shape b --mesh-preset medium --out b      a shipped shape: some minutes
   fingerpad finger --config mine.toml --out model              your finger on the default mesh
-  fingerpad finger --config mine.toml --out model --estimate   only tell how many runs and how long
+  fingerpad finger --config mine.toml --out model --estimate   only print the number of runs and their time
   fingerpad finger --config mine.toml --out model --design full
                                                                every kind of motion, hours
 
-The folder holds runs/ (a file for each finished path), pad.fpm, model.fpm and a report. pad.fpm is the pad, for every pose, other
-rigid bodies and the forces of a hand; model.fpm is the bed of springs for firmware, in the pose of the mesh on a plane. A run that
-was interrupted goes on where it was.
+The folder holds runs/ (a file for each finished path), pad.fpm, model.fpm and a report. pad.fpm is the pad, for every
+pose, other rigid bodies and the forces of a hand; model.fpm is the bed of springs for firmware, in the pose of the
+mesh on a plane. An interrupted run resumes when the command is started again.
 
-The pad follows from one factorisation of the finger's stiffness; what that does not tell is fitted to the runs of the quick
-design: a press, slides, a reversal, changes of depth, spins, poses and one deep path. The bed is fitted to the runs in its
-pose and to 262 paths of the pad. The errors that are printed are along the other half of the runs, which no fit has
-seen. --design full runs the design that the shipped files are fitted to; a section [design] in --config sizes either.")]
+The pad follows from one factorisation of the finger's stiffness; its other parameters are fitted to the runs of the
+quick design: a press, slides, a reversal, changes of depth, spins, poses and one deep path. The bed is fitted to the
+runs in its pose and to 262 paths of the pad. The printed errors are those along the other half of the runs, which are
+left out of every fit. --design full runs the design of the shipped files; a section [design] in --config sets the
+size of either.")]
 pub struct Args {
     /// Folder for runs, pad.fpm, model.fpm and report
     #[arg(long, value_name = "DIR")]
@@ -39,7 +40,7 @@ pub struct Args {
     /// Which motions are run
     #[arg(long, value_name = "DESIGN", default_value = "quick")]
     design: Design,
-    /// Tell the number of runs and about how long they take, and stop
+    /// Print the number of runs and an estimate of their time, and stop
     #[arg(long)]
     estimate: bool,
     #[command(flatten)]

@@ -31,11 +31,11 @@ Examples:
   fingerpad identify --published --out published           no search: the published constants
   fingerpad identify --data subjects/ --out study          a folder of tables, then the population
   fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares
-  fingerpad identify --data subjects/ --out study --collect    merges what the shares left
+  fingerpad identify --data subjects/ --out study --collect    merges the results of the shares
   fingerpad identify --print-config                        all settings
 
-A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2.
-What was computed is kept in DIR/states.bin: a run that was killed, or is run again with more options, goes on there.
+A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2. Computed
+states are kept in DIR/states.bin: a run that was killed, or is run again with more options, resumes from there.
 DIR/files.txt lists the results; those of a run with other options are removed before new ones are written.")]
 pub struct Args {
     #[command(flatten)]
@@ -67,10 +67,10 @@ pub struct Args {
     /// With a folder: do the K-th of N shares of its tables, and do not collect
     #[arg(long, value_name = "K/N", conflicts_with = "collect")]
     task: Option<population::Share>,
-    /// With a folder: run nothing, merge what is there
+    /// With a folder: merge the stored results without running anything
     #[arg(long)]
     collect: bool,
-    /// Run everything again, also what is finished
+    /// Run everything again, finished runs included
     #[arg(long)]
     full: bool,
     /// Threads [default: the machine's]
@@ -81,7 +81,7 @@ pub struct Args {
     print_config: bool,
 }
 
-/// What stands in the folder of results and could be read as an input.
+/// Files in the folder of results that could be given as an input.
 const NAMES: &[&str] = &["run.json", "states.bin", "finger.toml", "calibrated.toml", "report.json", "report.html"];
 
 const TABLE_1: &str = include_str!("../data/yoshida2011.csv");
@@ -160,7 +160,7 @@ fn table(path: Option<&Path>) -> Result<(String, Vec<Point>), Failure> {
     Ok((name, rows.iter().map(point).collect()))
 }
 
-/// What `OUT/run.json` says of a folder.
+/// Contents of `OUT/run.json`: the command that owns the folder.
 #[derive(Serialize, Deserialize)]
 struct Identity {
     settings_hash: String,
@@ -229,8 +229,8 @@ fn subject(
     bar.enable_steady_tick(Duration::from_millis(200));
     let hooks = Hooks {
         go_on: &|| go_on().is_continue(),
-        tell: &|stage, line| {
-            // Without a terminal the bar is silent; a log still wants to know.
+        report_progress: &|stage, line| {
+            // Without a terminal the bar is silent; progress is then printed as lines for a log.
             if bar.is_hidden() {
                 eprintln!("{:8.1} s  {stage} {line}", start.elapsed().as_secs_f64());
             }
@@ -340,7 +340,7 @@ fn study(args: &Args, config: Sections, folder: &Path) -> Result<(), Failure> {
     collect(args, &tables)
 }
 
-/// Merges what stands in the folder.
+/// Merges the results stored in the folder.
 fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
     let (mut subjects, mut missing) = (Vec::new(), Vec::new());
     for (stem, _) in tables {
@@ -412,7 +412,7 @@ fn rows(title: &str, outcome: &Outcome, comparison: &identify::outcome::ModelDat
     }
 }
 
-/// What was found, as text.
+/// Prints the results.
 fn summary(outcome: &Outcome) {
     rows("published constants, finger as given", outcome, &outcome.published_before);
     if let Some(calibration) = &outcome.calibration {
@@ -421,52 +421,84 @@ fn summary(outcome: &Outcome) {
     }
     if let Some(law) = &outcome.law {
         rows("identified law", outcome, &law.comparison);
-        println!("\n{:.0} % intervals by profile likelihood:", 100.0 * law.confidence);
-        for c in &law.constants {
-            let interval = c.interval.as_ref().map_or("no interval".into(), |i| {
-                let end = |v: f64, bounded: bool| {
-                    if bounded { format!("{v:.4}") } else { format!("({v:.4}: the search's bound)") }
-                };
-                format!("{} to {}", end(i.low, i.bounded[0]), end(i.high, i.bounded[1]))
-            });
-            println!(
-                "  {:<18} {:>9.4} {:<4} standard error {:>8}, {interval}",
-                c.name,
-                c.value,
-                c.unit,
-                optional(c.standard_error, 4)
-            );
-        }
-        println!(
-            "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {}; of ln strength with beta {:.3}",
-            law.lambda,
-            optional(law.correlation_of_lambda, 4),
-            law.correlation
-        );
-        let r = &law.regularisation;
-        println!("  regularised below {:.3} kPa; with {}", 1e3 * r.pressure_mpa, r.effect());
-        for remark in &law.remarks {
-            println!("  {remark}");
-        }
+        print_law(law);
     }
     if let Some(tau0) = &outcome.tau0 {
         println!("  {}", tau0.sentence);
     }
     if let Some(zero) = &outcome.force_zero {
-        println!("  {}", zero.sentence);
-        for p in &zero.points {
-            println!(
-                "  zero {:+6.1} mN: lambda {:.4e}, beta {:+.3}, stiffness factor {:.3}, depth offset {:+.3} mm; all numbers \
-                 within {:.1} %",
-                1e3 * p.normal_force_offset_n,
-                p.lambda,
-                p.beta,
-                p.stiffness,
-                p.depth_offset_mm,
-                p.rms_percent
-            );
-        }
+        print_force_zero(zero);
     }
+    print_searches(outcome);
+    if let Some(joint) = &outcome.joint {
+        finger("joint fit", joint);
+        rows("joint fit", outcome, &joint.comparison);
+    }
+    if !outcome.left_out.is_empty() {
+        print_left_out(&outcome.left_out);
+    }
+    for check in &outcome.checks {
+        println!("{}: {:.3}; {} ({:.3})", check.finding, check.ours, check.source, check.published);
+    }
+    println!();
+    for stage in &outcome.stages {
+        println!(
+            "  {:<42} {:>6.1} s wall {:>6.1} s CPU, {} states",
+            stage.name, stage.wall_s, stage.cpu_s, stage.states
+        );
+    }
+}
+
+/// Constants of the law with their intervals, and remarks on them.
+fn print_law(law: &identify::outcome::LawOutcome) {
+    println!("\n{:.0} % intervals by profile likelihood:", 100.0 * law.confidence);
+    for c in &law.constants {
+        let interval = c.interval.as_ref().map_or("no interval".into(), |i| {
+            let end = |v: f64, bounded: bool| {
+                if bounded { format!("{v:.4}") } else { format!("({v:.4}: the search's bound)") }
+            };
+            format!("{} to {}", end(i.low, i.bounded[0]), end(i.high, i.bounded[1]))
+        });
+        println!(
+            "  {:<18} {:>9.4} {:<4} standard error {:>8}, {interval}",
+            c.name,
+            c.value,
+            c.unit,
+            optional(c.standard_error, 4)
+        );
+    }
+    println!(
+        "  lambda (derived)   {:.4e} MPa^(1-beta); correlation with beta {}; of ln strength with beta {:.3}",
+        law.lambda,
+        optional(law.correlation_of_lambda, 4),
+        law.correlation
+    );
+    let r = &law.regularisation;
+    println!("  regularised below {:.3} kPa; with {}", 1e3 * r.pressure_mpa, r.effect());
+    for remark in &law.remarks {
+        println!("  {remark}");
+    }
+}
+
+/// The exponent over the assumed zero of the normal force.
+fn print_force_zero(zero: &identify::outcome::ForceZeroOutcome) {
+    println!("  {}", zero.sentence);
+    for p in &zero.points {
+        println!(
+            "  zero {:+6.1} mN: lambda {:.4e}, beta {:+.3}, stiffness factor {:.3}, depth offset {:+.3} mm; all numbers \
+             within {:.1} %",
+            1e3 * p.normal_force_offset_n,
+            p.lambda,
+            p.beta,
+            p.stiffness,
+            p.depth_offset_mm,
+            p.rms_percent
+        );
+    }
+}
+
+/// The searches for the law: the paper's and the fast route.
+fn print_searches(outcome: &Outcome) {
     for run in &outcome.simplex {
         println!(
             "simplex from lambda {}, beta {}: stops at lambda {:.5e}, beta {:.5}, sum of squares {:.4e}; {} evaluations, {} turned back",
@@ -503,31 +535,16 @@ fn summary(outcome: &Outcome) {
             run.sum_of_squares
         );
     }
-    if let Some(joint) = &outcome.joint {
-        finger("joint fit", joint);
-        rows("joint fit", outcome, &joint.comparison);
-    }
-    if !outcome.left_out.is_empty() {
-        println!(
-            "\nleft out and predicted F/N: at its depth, at its force; F = c N^(2/3), F = c N^n fitted to the same"
-        );
-        for l in &outcome.left_out {
-            let pairs = l.predicted.iter().zip(l.differences_percent);
-            let told: Vec<String> = pairs
-                .map(|(v, d)| v.zip(d).map_or("no slide".into(), |(v, d)| format!("{v:.3} ({d:+.1} %)")))
-                .collect();
-            println!("  {:4.2} mm measured {:.3}: {}", l.depth_mm, l.measured, told.join("; "));
-        }
-    }
-    for check in &outcome.checks {
-        println!("{}: {:.3}; {} ({:.3})", check.finding, check.ours, check.source, check.published);
-    }
-    println!();
-    for stage in &outcome.stages {
-        println!(
-            "  {:<42} {:>6.1} s wall {:>6.1} s CPU, {} states",
-            stage.name, stage.wall_s, stage.cpu_s, stage.states
-        );
+}
+
+/// Predictions of depths that were left out.
+fn print_left_out(left_out: &[identify::outcome::LeftOut]) {
+    println!("\nleft out and predicted F/N: at its depth, at its force; F = c N^(2/3), F = c N^n fitted to the same");
+    for l in left_out {
+        let pairs = l.predicted.iter().zip(l.differences_percent);
+        let texts: Vec<String> =
+            pairs.map(|(v, d)| v.zip(d).map_or("no slide".into(), |(v, d)| format!("{v:.3} ({d:+.1} %)"))).collect();
+        println!("  {:4.2} mm measured {:.3}: {}", l.depth_mm, l.measured, texts.join("; "));
     }
 }
 
@@ -544,7 +561,7 @@ fn finger(title: &str, fit: &identify::outcome::FingerOutcome) {
             f.unit,
             f.start,
             optional(f.standard_error, 4),
-            if f.at_bound { "; stands at its bound" } else { "" }
+            if f.at_bound { "; at its bound" } else { "" }
         );
     }
 }

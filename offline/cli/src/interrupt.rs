@@ -1,6 +1,7 @@
-//! Ctrl-C and the signals that ask a program to end: exit code 130 within a second.
+//! Ctrl-C and termination signals: exit code 130 within a second.
 //!
-//! A command ends at once unless it holds [`keeping`]: then what it asks [`go_on`] turns false, and it saves what it has.
+//! A command ends at once unless it holds [`keeping`]. In that case [`go_on`] returns false, and the command saves its
+//! results.
 
 use std::{
     ops::ControlFlow,
@@ -14,7 +15,7 @@ use fingerpad_formats::discard_unfinished;
 pub const EXIT_CODE: u8 = 130;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// How many parts of the program would save something if they were asked to stop.
+/// Number of parts of the program that save results when interrupted.
 static KEEPING: AtomicUsize = AtomicUsize::new(0);
 
 /// Whether the run may go on; to be returned by progress callbacks.
@@ -22,10 +23,10 @@ pub fn go_on() -> ControlFlow<()> {
     if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// While it lives, an interruption lets the command finish its increment and save what it has.
+/// While this value exists, an interruption lets the command finish its increment and save its results.
 pub struct Keeping(());
 
-/// Asks that an interruption waits for [`go_on`].
+/// Makes interruptions wait for [`go_on`].
 pub fn keeping() -> Keeping {
     KEEPING.fetch_add(1, Ordering::Relaxed);
     Keeping(())
@@ -45,7 +46,7 @@ pub fn handle_signals() {
             eprintln!("interrupted");
             process::exit(EXIT_CODE.into());
         }
-        eprintln!("interrupted: finishing the increment, keeping what is done (again to stop at once)");
+        eprintln!("interrupted: finishing the increment, keeping the results so far (interrupt again to stop at once)");
     });
     if let Err(error) = handler {
         eprintln!("warning: Ctrl-C will not keep unfinished work: {error}");

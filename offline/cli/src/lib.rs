@@ -2,7 +2,7 @@
 //!
 //! Main function: [`run`], which the program and the Python package call.
 
-/// Prints as the standard library's macro does, but a reader that has gone away (`| head`) does not end the work.
+/// Prints as the standard library's macro does, but a closed pipe (`| head`) does not end the work.
 macro_rules! print {
     ($($what:tt)*) => { $crate::say(&mut std::io::stdout(), format_args!($($what)*)) };
 }
@@ -80,7 +80,7 @@ enum Command {
     Identify(identify::Args),
     /// Follow a path of the plane with the finite-element model
     Simulate(simulate::Args),
-    /// Name the effect that measured runs show and the model lacks
+    /// Name the physical effect that measured runs show and the model does not contain
     Diagnose(diagnose::Args),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
@@ -94,23 +94,23 @@ enum Command {
     Eval(eval::Args),
     /// Write a model as a Rust constant, a C array or JSON
     Export(export::Args),
-    /// Write the parametric fingertip as a labelled volume, to test the way from a scan to a mesh
+    /// Write the parametric fingertip as a labelled volume, to test the import of a scan
     Phantom(phantom::Args),
 }
 
 /// Settings that every command with a finite-element model takes.
 #[derive(clap::Args)]
 struct Model {
-    /// Configuration file (TOML); what it leaves out has its default
+    /// Configuration file (TOML); absent keys have their defaults
     #[arg(long, value_name = "F.toml")]
     config: Option<PathBuf>,
     /// Shape: a, b, d, e, base, or a geometry file
     #[arg(long, value_name = "NAME|F.toml")]
     shape: Option<String>,
-    /// Labelled volume (.nrrd, .nii, .nii.gz) in place of a shape; its settings stand under [volume] in --config
+    /// Labelled volume (.nrrd, .nii, .nii.gz) in place of a shape; its settings are under [volume] in --config
     #[arg(long, value_name = "FILE", conflicts_with = "shape")]
     volume: Option<PathBuf>,
-    /// Mesh of another program (.inp, .msh) in place of a shape; its settings stand under [imported] in --config
+    /// Mesh of another program (.inp, .msh) in place of a shape; its settings are under [imported] in --config
     #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "volume"])]
     imported: Option<PathBuf>,
     /// Resolution of the mesh
@@ -131,7 +131,7 @@ enum Preset {
 }
 
 impl Model {
-    /// The files that a configuration names, with the flags that stand for them.
+    /// The files that a configuration names, with the flags that replace them.
     fn inputs<'a>(&'a self, config: &'a Config) -> [(&'static str, Option<&'a Path>); 4] {
         [
             ("--config", self.config.as_deref()),
@@ -141,18 +141,18 @@ impl Model {
         ]
     }
 
-    /// What the finite elements are given, on a plane.
+    /// Settings of the finite elements, on a plane.
     fn config(&self) -> Result<Config, Failure> {
         Ok(self.settings()?.0)
     }
 
-    /// What the finite elements, the identification and the design of experiments are given, on a plane.
+    /// Settings of the finite elements, the identification and the design of experiments, on a plane.
     fn settings(&self) -> Result<config::Sections, Failure> {
         let sections = self.settings_on_any_body()?;
         if !sections.0.rigid_body.is_plane() {
             let file = self.config.as_deref().unwrap_or(Path::new("")).display();
             return Err(Failure::Input(anyhow::anyhow!(
-                "{file}: rigid_body: this command knows the plane only; `simulate` takes others"
+                "{file}: rigid_body: this command supports the plane only; `simulate` supports other bodies"
             )));
         }
         Ok(sections)
@@ -248,11 +248,11 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     match result {
         Ok(()) => 0,
         Err(Failure::Input(error)) => {
-            eprintln!("error: {}", told(&error));
+            eprintln!("error: {}", with_causes(&error));
             2
         }
         Err(Failure::Numerics(error)) => {
-            eprintln!("error: {}", told(&error));
+            eprintln!("error: {}", with_causes(&error));
             3
         }
         Err(Failure::Interrupted(kept)) => {
@@ -262,8 +262,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-/// An error with its causes, each once: many errors already tell their cause in their own words.
-fn told(error: &anyhow::Error) -> String {
+/// An error with its causes, each printed once: the text of many errors already contains their cause.
+fn with_causes(error: &anyhow::Error) -> String {
     let mut text = error.to_string().trim_end().to_owned();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
@@ -274,8 +274,8 @@ fn told(error: &anyhow::Error) -> String {
     text
 }
 
-/// Writes to a standard stream. What cannot be written because nobody reads it any more is dropped; anything else,
-/// such as a full disk behind a redirection, ends the program with exit code 2.
+/// Writes to a standard stream. A closed pipe is ignored; any other error, such as a full disk behind a redirection,
+/// ends the program with exit code 2.
 fn say(stream: &mut dyn io::Write, text: fmt::Arguments) {
     if let Err(error) = stream.write_fmt(text).and_then(|()| stream.flush())
         && error.kind() != io::ErrorKind::BrokenPipe
@@ -291,12 +291,12 @@ fn make_finger(config: &Config) -> Result<(Finger, FirstTouch), ConfigError> {
     progress::during("mesh", |_| config.finger())
 }
 
-/// The same with a pad of what these paths may touch.
+/// The same with a pad of the surface that these paths may touch.
 fn make_finger_for(config: &Config, paths: &[&load_path::Path]) -> Result<(Finger, FirstTouch), ConfigError> {
     progress::during("mesh", |_| config.finger_for(paths))
 }
 
-/// How much higher a pad reaches, one after the other, on which other skin came to the plane.
+/// Factors on the pad's height, tried in turn if skin beside the pad reached the plane.
 const LARGER_PADS: [f64; 2] = [1.5, 2.5];
 
 /// As [`make_finger_for`] one path, with a pad that reaches `factor` times as high.
@@ -304,7 +304,7 @@ fn make_finger_reaching(config: &Config, path: &load_path::Path, factor: f64) ->
     Ok(progress::during("mesh", |_| config.finger_reaching(&[path], factor))?.0)
 }
 
-/// A failed run as a failure; `kept` says what was saved.
+/// A failed run as a failure; `kept` names the saved results.
 fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
     match error {
         LoadPathError::Interrupted { .. } => Failure::Interrupted(kept),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use fingerpad_fe::experiment::{Config, ConfigError, Origin};
 use fingerpad_fe::load_path::Finger;
 use fingerpad_fe::mesh;
-use fingerpad_fe::mesh::{Fingertip, Region, imported::ImportReport, volume::VolumeReport};
+use fingerpad_fe::mesh::{Fingertip, QualityReport, Region, imported::ImportReport, volume::VolumeReport};
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 
@@ -24,10 +24,10 @@ Examples:
   fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
   fingerpad mesh --out finger.vtu --picture finger.png  and a picture
 
-`ccx press` (without the ending) runs a deck; press.dat has the normal force at each depth: the totals of PLANE_NODES along z.
-CalculiX's hexahedra are C3D8R, which are stiffer on coarse meshes than the mean dilatation of `build` and `simulate`: 6 to 8 % on
-the coarse mesh. --deck-element prints the forces of the deck's problem as this program computes them, with C3D8R (like for like) or
-with mean dilatation.")]
+`ccx press` (without the ending) runs a deck; press.dat has the normal force at each depth: the totals of PLANE_NODES
+along z. CalculiX's hexahedra are C3D8R, which are stiffer on coarse meshes than the mean dilatation of `build` and
+`simulate`: 6 to 8 % on the coarse mesh. --deck-element prints the forces of the deck's problem as this program
+computes them, with C3D8R (like for like) or with mean dilatation.")]
 pub struct Args {
     #[command(flatten)]
     model: Model,
@@ -85,52 +85,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let touch = fingertip.touch;
     let pressed = args.deck_element.map(|element| press_of_deck(&config, fingertip.clone(), element)).transpose()?;
     let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
-    match ending.as_str() {
-        "vtu" => fingerpad_fe::load_path::vtu::write_mesh(&args.out, &finger.mesh)?,
-        "msh" => formats::msh::write(&args.out, &finger.mesh)?,
-        "inp" if args.deck => {
-            let text = deck(&config, &finger.mesh)?;
-            formats::atomic_write(&args.out, |w| w.write_all(text.as_bytes()))?;
-        }
-        _ => formats::inp::write(&args.out, &finger.mesh, &Default::default())?,
-    }
-    if let Some(path) = &args.picture {
-        let png = report::mesh_picture(&finger.mesh).map_err(|e| Failure::Numerics(e.into()))?;
-        formats::atomic_write(path, |w| w.write_all(&png))?;
-    }
+    write_files(args, &ending, &config, &finger)?;
     let quality = mesh::quality(&finger.mesh);
     if args.json {
-        let regions: serde_json::Map<String, serde_json::Value> = quality
-            .regions
-            .iter()
-            .map(|(region, q)| {
-                let value = serde_json::json!({
-                    "hexes": q.hexes, "tets": q.tets, "volume_mm3": q.volume_mm3,
-                    "worst_scaled_jacobian": q.worst_scaled_jacobian,
-                });
-                let name = match region {
-                    Region::Soft(_) => finger.mesh.region_name(*region).to_owned(),
-                    shared => format!("{shared:?}"),
-                };
-                (name, value)
-            })
-            .collect();
-        let origin = match &origin {
-            Origin::Shape(shape) => serde_json::json!({ "shape": shape }),
-            Origin::Volume(template, report) => serde_json::json!({ "volume": report, "template": template }),
-            Origin::Imported(report) => serde_json::json!({ "imported": report }),
-        };
-        let value = serde_json::json!({
-            "geometry": origin,
-            "nodes": quality.nodes, "hexes": quality.hexes, "tets": quality.tets,
-            "pad_faces": quality.pad_faces, "free_dofs": finger.body.dofs.count,
-            "worst_hex_scaled_jacobian": quality.worst_hex_scaled_jacobian,
-            "worst_tet_scaled_jacobian": quality.worst_tet_scaled_jacobian,
-            "min_edge_mm": quality.min_edge_mm, "max_edge_mm": quality.max_edge_mm,
-            "curvature_radius_mm": touch.curvature_radius_mm,
-            "regions": regions,
-            "deck_depth_mm_and_normal_force_n": pressed,
-        });
+        let value = json_summary(&finger, &quality, &origin, touch.curvature_radius_mm, pressed.as_deref());
         println!("{value:#}");
         return Ok(());
     }
@@ -143,25 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         quality.pad_faces,
         finger.body.dofs.count
     );
-    println!(
-        "worst scaled Jacobian: hexes {:.3}, nail tets {:.3}; edges {:.2} to {:.2} mm; pad radius along the finger {:.1} mm",
-        quality.worst_hex_scaled_jacobian,
-        quality.worst_tet_scaled_jacobian,
-        quality.min_edge_mm,
-        quality.max_edge_mm,
-        touch.curvature_radius_mm
-    );
-    for (region, q) in &quality.regions {
-        let name = match region {
-            Region::Skin => "skin",
-            Region::Subcutaneous => "subcutaneous",
-            Region::DistalBone => "distal bone",
-            Region::ProximalBone => "proximal bone",
-            Region::Nail => "nail",
-            Region::Soft(_) => finger.mesh.region_name(*region),
-        };
-        println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
-    }
+    print_quality(&finger, &quality, touch.curvature_radius_mm);
     if let Some(pressed) = pressed {
         println!("normal force of the deck's problem by this program, bones fixed:");
         pressed.iter().for_each(|[depth_mm, force_n]| println!("{depth_mm:>8.2} mm {force_n:>10.5} N"));
@@ -177,9 +117,94 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Writes the mesh and its picture.
+fn write_files(args: &Args, ending: &str, config: &Config, finger: &Finger) -> Result<(), Failure> {
+    match ending {
+        "vtu" => fingerpad_fe::load_path::vtu::write_mesh(&args.out, &finger.mesh)?,
+        "msh" => formats::msh::write(&args.out, &finger.mesh)?,
+        "inp" if args.deck => {
+            let text = deck(config, &finger.mesh)?;
+            formats::atomic_write(&args.out, |w| w.write_all(text.as_bytes()))?;
+        }
+        _ => formats::inp::write(&args.out, &finger.mesh, &Default::default())?,
+    }
+    if let Some(path) = &args.picture {
+        let png = report::mesh_picture(&finger.mesh).map_err(|e| Failure::Numerics(e.into()))?;
+        formats::atomic_write(path, |w| w.write_all(&png))?;
+    }
+    Ok(())
+}
+
+/// Geometry, mesh and quality, for `--json`.
+fn json_summary(
+    finger: &Finger,
+    quality: &QualityReport,
+    origin: &Origin,
+    curvature_radius_mm: f64,
+    pressed: Option<&[[f64; 2]]>,
+) -> serde_json::Value {
+    let regions: serde_json::Map<String, serde_json::Value> = quality
+        .regions
+        .iter()
+        .map(|(region, q)| {
+            let value = serde_json::json!({
+                "hexes": q.hexes, "tets": q.tets, "volume_mm3": q.volume_mm3,
+                "worst_scaled_jacobian": q.worst_scaled_jacobian,
+            });
+            let name = match region {
+                Region::Soft(_) => finger.mesh.region_name(*region).to_owned(),
+                shared => format!("{shared:?}"),
+            };
+            (name, value)
+        })
+        .collect();
+    let origin = match origin {
+        Origin::Shape(shape) => serde_json::json!({ "shape": shape }),
+        Origin::Volume(template, report) => serde_json::json!({ "volume": report, "template": template }),
+        Origin::Imported(report) => serde_json::json!({ "imported": report }),
+    };
+    serde_json::json!({
+        "geometry": origin,
+        "nodes": quality.nodes, "hexes": quality.hexes, "tets": quality.tets,
+        "pad_faces": quality.pad_faces, "free_dofs": finger.body.dofs.count,
+        "worst_hex_scaled_jacobian": quality.worst_hex_scaled_jacobian,
+        "worst_tet_scaled_jacobian": quality.worst_tet_scaled_jacobian,
+        "min_edge_mm": quality.min_edge_mm, "max_edge_mm": quality.max_edge_mm,
+        "curvature_radius_mm": curvature_radius_mm,
+        "regions": regions,
+        "deck_depth_mm_and_normal_force_n": pressed,
+    })
+}
+
+/// Prints the quality of the mesh and its regions.
+fn print_quality(finger: &Finger, quality: &QualityReport, curvature_radius_mm: f64) {
+    println!(
+        "worst scaled Jacobian: hexes {:.3}, nail tets {:.3}; edges {:.2} to {:.2} mm; pad radius along the finger {:.1} mm",
+        quality.worst_hex_scaled_jacobian,
+        quality.worst_tet_scaled_jacobian,
+        quality.min_edge_mm,
+        quality.max_edge_mm,
+        curvature_radius_mm
+    );
+    for (region, q) in &quality.regions {
+        let name = match region {
+            Region::Skin => "skin",
+            Region::Subcutaneous => "subcutaneous",
+            Region::DistalBone => "distal bone",
+            Region::ProximalBone => "proximal bone",
+            Region::Nail => "nail",
+            Region::Soft(_) => finger.mesh.region_name(*region),
+        };
+        println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
+    }
+}
+
 fn print_volume(report: &VolumeReport) {
     let [x, y, z] = report.voxel_mm;
-    println!("voxels {x:.4} x {y:.4} x {z:.4} mm; the finger stands {:.2}° about its dorsal axis", report.yaw_deg);
+    println!(
+        "voxels {x:.4} x {y:.4} x {z:.4} mm; the finger is turned by {:.2}° about its dorsal axis",
+        report.yaw_deg
+    );
     for (name, s) in [("skin", &report.skin), ("bone", &report.bone)] {
         let [low, high] = s.offset_mm;
         println!(
@@ -192,7 +217,7 @@ fn print_volume(report: &VolumeReport) {
         println!("{} voxels filled, {} dropped", report.filled_voxels, report.dropped_voxels);
     }
     if !report.nail_measured {
-        println!("no nail in the labels: it is where the settings say");
+        println!("no nail in the labels: its position is that of the settings");
     }
 }
 

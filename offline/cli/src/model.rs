@@ -26,7 +26,7 @@ pub fn load_any(path: Option<&Path>) -> Result<(Loaded, String), Failure> {
         let bytes = std::fs::read(path).with_context(place).map_err(Failure::Input)?;
         match PadModelFile::new(&bytes) {
             Ok(pad) => return Ok((Loaded::Pad(pad), name_of(path))),
-            // No pad: what is wrong with a bed the reader of beds says.
+            // Not a pad; the reader of beds reports any defect of a bed.
             Err(Error::Section { id: [b'P', b'A', b'D', b'N'] }) => {}
             Err(error) => return Err(Failure::Input(anyhow::Error::new(error).context(place()))),
         }

@@ -1,8 +1,8 @@
-//! What a command will write, checked before it computes anything.
+//! The outputs of a command, checked before it computes anything.
 //!
-//! Main types: [`Outputs`], [`Mark`]. Missing folders are made, places that cannot be written are refused, no output may be
-//! a file that the command reads, and a file that the command did not write stays unless `--force` is given. The name `-`
-//! stands for standard input and standard output.
+//! Main types: [`Outputs`], [`Mark`]. Missing folders are made. Paths that cannot be written are refused, as is an
+//! output that the command also reads. A file that the command did not write is kept unless `--force` is given. The
+//! name `-` means standard input and standard output.
 
 use std::{
     fs,
@@ -32,7 +32,7 @@ pub struct Outputs {
 pub struct Mark {
     /// First bytes.
     pub begins: String,
-    /// What stands within the first [`HEAD_BYTES`].
+    /// Text within the first [`HEAD_BYTES`].
     pub holds: &'static str,
 }
 
@@ -61,9 +61,9 @@ const HEAD_BYTES: u64 = 16 << 10;
 struct Folder {
     flag: &'static str,
     path: PathBuf,
-    /// Names of what is written there; one that ends in `/` stands for everything in that folder.
+    /// Names of the outputs there; one that ends in `/` covers everything in that folder.
     names: &'static [&'static str],
-    /// Whether the folder may hold a user's own files, which stay.
+    /// Whether the folder may hold a user's own files, which are kept.
     shared: bool,
 }
 
@@ -85,7 +85,7 @@ impl Outputs {
         self
     }
 
-    /// A file will be written, or standard output where it is called `-`.
+    /// A file that will be written, or standard output if it is called `-`.
     pub fn stream(self, flag: &'static str, path: &Path, marks: Vec<Mark>) -> Self {
         self.file(flag, Some(path).filter(|path| !is_standard(path)), marks)
     }
@@ -95,9 +95,9 @@ impl Outputs {
         Self { force: Some(force), ..self }
     }
 
-    /// Files will be written into a folder that belongs to the command alone.
+    /// Declares files in a folder that belongs to the command alone.
     ///
-    /// * `names`: what is written there and could be an input; a name that ends in `/` stands for a folder
+    /// * `names`: names of outputs that could be an input; a name that ends in `/` is a folder
     pub fn folder(mut self, flag: &'static str, path: &Path, names: &'static [&'static str]) -> Self {
         self.folders.push(Folder { flag, path: path.to_path_buf(), names, shared: false });
         self
@@ -109,9 +109,10 @@ impl Outputs {
         self
     }
 
-    /// Refuses what cannot be written or would destroy an input; makes the folders.
+    /// Refuses paths that cannot be written and outputs that would destroy an input; makes the folders.
     ///
-    /// Errors: [`Failure::Input`] with flag and path.
+    /// # Errors
+    /// [`Failure::Input`] with flag and path.
     pub fn prepare(self) -> Result<(), Failure> {
         self.check().map_err(Failure::Input)
     }
@@ -183,12 +184,12 @@ fn overwrites(flag: &str, path: &Path, input: &str, read: &Path) -> anyhow::Erro
     anyhow!("{flag} {}: would overwrite {}, which {input} reads: give another {flag}", path.display(), read.display())
 }
 
-/// Whether a path stands for standard input or output.
+/// Whether a path means standard input or output.
 pub fn is_standard(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// Where an input is read: standard input for `-`.
+/// Reader of an input: standard input for `-`.
 pub fn input(path: &Path) -> &Path {
     if is_standard(path) { Path::new("/dev/stdin") } else { path }
 }
@@ -203,13 +204,13 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     }
     let mut out = BufWriter::new(io::stdout().lock());
     match fill(&mut out).and_then(|()| out.flush()) {
-        // Nobody reads the rest.
+        // The reader has closed the pipe.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         done => done.context("standard output").map_err(Failure::Input),
     }
 }
 
-/// Prints a line about an output: on standard error where the output itself is on standard output.
+/// Prints a line about an output: on standard error if the output itself is on standard output.
 pub fn say(out: &Path, line: &str) {
     if is_standard(out) { eprintln!("{line}") } else { println!("{line}") }
 }
@@ -222,7 +223,7 @@ fn is_earlier(path: &Path, marks: &[Mark]) -> bool {
     };
     let mut unpacked = Vec::new();
     if head.starts_with(&[0x1f, 0x8b]) {
-        // What is cut off ends in an error behind the bytes that matter.
+        // The truncated rest gives an error after the bytes that matter.
         let _ = flate2::read::GzDecoder::new(&head[..]).take(HEAD_BYTES).read_to_end(&mut unpacked);
     }
     head.is_empty() || marks.iter().any(|mark| mark.is_on(&head) || mark.is_on(&unpacked))

@@ -42,7 +42,7 @@ pub struct Args {
 /// Most voxels of a volume, a byte each.
 const MOST_VOXELS: u128 = 500_000_000;
 
-/// What the headers of these volumes say.
+/// Description in the headers of these volumes.
 const LABELS: &str = "labels: 0 outside, 1 soft tissue, 2 bone, 3 nail";
 
 /// Runs the command.

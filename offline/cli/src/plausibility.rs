@@ -7,7 +7,7 @@ use fingerpad_fe::load_path::{Drive, Path, Response};
 const IN_METRES_MM: f64 = 0.02;
 const IN_MICROMETRES_MM: f64 = 10.0;
 
-/// Warns of depths that look like metres, micrometres or the other sign.
+/// Warns of depths that are probably in metres or micrometres, or of the other sign.
 pub fn warn_of_depths(path: &Path) {
     if path.drives[0] != Drive::Displacement {
         return;
@@ -21,7 +21,7 @@ pub fn warn_of_depths(path: &Path) {
     } else if deepest < IN_METRES_MM {
         eprintln!("warning: depth_mm is {deepest} at most; is the column in metres?");
     } else if deepest > IN_MICROMETRES_MM {
-        eprintln!("warning: depth_mm goes up to {deepest} mm into a fingertip; is the column in micrometres?");
+        eprintln!("warning: depth_mm reaches {deepest} mm into a fingertip; is the column in micrometres?");
     }
 }
 

@@ -1,4 +1,4 @@
-//! `fingerpad simulate --probe` and `--reactions`: what a run tells of the inside of the finger.
+//! `fingerpad simulate --probe` and `--reactions`: quantities inside the finger during a run.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use fingerpad_fe::load_path::{self, Finger, Observed, Trajectory, readings_csv};
 
 use super::{Failure, Mark, Outputs, outputs};
 
-/// What is observed inside the finger.
+/// Quantities to observe inside the finger.
 #[derive(clap::Args)]
 pub struct ProbeArgs {
     /// Points of the tissue to read (CSV), or papillae:DEPTH_MM for a grid below the pad
@@ -16,17 +16,17 @@ pub struct ProbeArgs {
     /// Strain and energy at these points over time (CSV)
     #[arg(long, value_name = "SERIES.csv", requires = "probe")]
     probe_out: Option<PathBuf>,
-    /// Reactions of what holds nail, bone and the cut end over time (CSV)
+    /// Reactions of the supports of nail, bone and the cut end over time (CSV)
     #[arg(long, value_name = "REACTIONS.csv")]
     reactions: Option<PathBuf>,
 }
 
-/// Where the rows of a run stand that did not reach its end.
+/// File of the rows of a run that did not reach its end.
 fn partial(file: &Path) -> PathBuf {
     file.with_extension("partial.csv")
 }
 
-/// Where probes are put.
+/// Placement of the probes.
 enum Points {
     /// A grid at this depth under the pad, mm.
     Papillae(f64),
@@ -49,7 +49,7 @@ impl ProbeArgs {
         ("--probe", self.probe.as_deref().filter(|text| !text.starts_with("papillae:")).map(Path::new))
     }
 
-    /// Adds what is written.
+    /// Declares the outputs.
     pub fn declare(&self, outputs: Outputs) -> Outputs {
         let probes = || vec![Mark::beginning(readings_csv::probes_header() + "\n")];
         let reactions = || vec![Mark::beginning(readings_csv::reactions_header() + "\n")];
@@ -61,7 +61,7 @@ impl ProbeArgs {
             .file("--reactions", reactions_part.as_deref(), reactions())
     }
 
-    /// What a run on this finger observes; None for nothing.
+    /// The quantities that a run on this finger observes; None without any.
     pub fn observed(&self, finger: &Finger) -> Result<Option<Observed>, Failure> {
         let points = match self.points().map_err(Failure::Input)? {
             None => Vec::new(),
@@ -74,7 +74,7 @@ impl ProbeArgs {
         Ok((!observed.is_empty()).then_some(observed))
     }
 
-    /// Writes what was observed; of a run that did not reach its end under a name that nobody takes for the whole.
+    /// Writes the observed quantities; those of a run that ended early get another file name.
     pub fn save(&self, observed: &Observed, trajectory: &Trajectory, is_partial: bool) -> Result<(), Failure> {
         let name = |file: &PathBuf| if is_partial { partial(file) } else { file.clone() };
         if let Some(file) = &self.probe_out {

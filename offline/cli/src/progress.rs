@@ -1,5 +1,5 @@
-//! Progress of whatever takes longer than two seconds: a bar on a terminal, a plain line on standard error every few
-//! seconds where that is a file or a pipe.
+//! Progress of work that takes longer than two seconds: a bar on a terminal, a plain line on standard error every few
+//! seconds if that is a file or a pipe.
 
 use std::{
     sync::{
@@ -26,7 +26,7 @@ pub fn line_every(period: Duration) {
     BETWEEN_LINES_MS.store(period_ms, Ordering::Relaxed);
 }
 
-/// Bars of work that goes on at once, one below the other.
+/// Progress bars of concurrent work, one below the other.
 #[derive(Default)]
 pub struct Bars(MultiProgress);
 
@@ -36,20 +36,20 @@ impl Bars {
         Bar { bar: self.0.add(bar.bar), ..bar }
     }
 
-    /// Writes a line that stays.
+    /// Writes a permanent line.
     pub fn line(&self, text: &str) {
         self.0.suspend(|| eprintln!("{text}"));
     }
 }
 
-/// How far a piece of work has come.
+/// Progress of a piece of work.
 pub struct Bar {
     bar: ProgressBar,
     /// When the next plain line is due, ms from the start.
     next_line_ms: AtomicU64,
 }
 
-/// A bar for a run of the finite elements, or for anything else that knows its share.
+/// A bar for a run of the finite elements, or for other work that reports its share.
 pub fn bar(name: String) -> Bar {
     Bar::new(name, 1000, "{prefix:>16} {bar:30} {percent:>3} %  {msg}  {eta} left")
 }
@@ -60,7 +60,7 @@ pub fn counter(name: &str, pieces: usize, what: &str) -> Bar {
     Bar::new(name.to_owned(), pieces as u64, &template)
 }
 
-/// Shows how far a run of the finite elements is.
+/// Shows the progress of a run of the finite elements.
 pub fn show(bar: &Bar, progress: &Progress) {
     let cost = &progress.cost;
     bar.bar.set_message(format!(
@@ -90,20 +90,20 @@ impl Bar {
         self.line();
     }
 
-    /// Sets the pieces that are done and their number, and says what is being done.
+    /// Sets the number of finished pieces, the number of all, and the current activity.
     pub fn set(&self, done: usize, all: usize, message: String) {
         self.bar.set_length(all as u64);
         self.bar.set_position(done as u64);
         self.say(message);
     }
 
-    /// Expects `more` pieces from here on, if that is more than was thought.
+    /// Expects `more` further pieces, if that is more than expected so far.
     pub fn expect(&self, more: usize) {
         let ahead = self.bar.position() + more as u64;
         self.bar.set_length(self.bar.length().unwrap_or(0).max(ahead));
     }
 
-    /// Says what is being done.
+    /// Sets the current activity.
     pub fn say(&self, message: String) {
         self.bar.set_message(message);
         self.line();
@@ -114,7 +114,7 @@ impl Bar {
         self.bar.finish_and_clear();
     }
 
-    /// Writes a plain line if nobody sees the bar and one is due.
+    /// Writes a plain line if the bar is hidden and a line is due.
     fn line(&self) {
         if !self.bar.is_hidden() {
             return;
@@ -133,8 +133,8 @@ impl Bar {
     }
 }
 
-/// Does `work`, whose length is not known, beside a spinner or plain lines with its name and time. `work` is handed a
-/// function that tells what it is doing instead.
+/// Does `work` of unknown length beside a spinner or plain lines with its name and time. `work` receives a function
+/// that sets the text of the current activity.
 pub fn during<T>(what: &str, work: impl FnOnce(&dyn Fn(&str)) -> T) -> T {
     let spinner = ProgressBar::new_spinner().with_message(what.to_owned());
     if !spinner.is_hidden() {
@@ -156,6 +156,6 @@ pub fn during<T>(what: &str, work: impl FnOnce(&dyn Fn(&str)) -> T) -> T {
         });
         // The sender is dropped at the end of the work, which ends the lines.
         let _sender = sender;
-        work(&|told| told.clone_into(&mut stage.lock().expect("no panic while locked")))
+        work(&|text| text.clone_into(&mut stage.lock().expect("no panic while locked")))
     })
 }

@@ -1,10 +1,10 @@
-//! What reports say of finite-element runs: what was run, and whether the numerics kept their bounds.
+//! Provenance of finite-element runs for reports: the settings, and whether the numerical errors stayed in bounds.
 
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{BoneKind, Finger, Trajectory};
 use fingerpad_report::{Check, FrictionConstants, MeshCounts, Provenance};
 
-/// What was run; quality of the mesh and stages are left empty.
+/// The settings of the runs; mesh quality and stages are left empty.
 pub fn provenance(config: &Config, finger: &Finger, settings_hash: &str) -> Provenance {
     let law = &config.friction;
     Provenance {

@@ -20,19 +20,19 @@ use super::{Failure, Model, Outputs, design, results};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad reduce --design --mesh-preset coarse --runs paths  run what the design lacks
+  fingerpad reduce --design --mesh-preset coarse --runs paths  run the missing paths of the design
   fingerpad reduce --runs runs --out mine.fpm                  fit and write the model
   fingerpad reduce --out mine.fpm                              the same from the shipped runs
   fingerpad reduce --design --runs runs --out mine.fpm         both
   fingerpad reduce --design --mesh-preset coarse --runs paths --task 2/8
                                                                the second of eight shares
   fingerpad reduce --runs runs --out mine.fpm --report report --curve
-                                                               with pictures, and what accuracy costs
+                                                               with pictures, and accuracy over cost
 
-The design has 407 paths in seventeen kinds, 182 of them held out: the fit never sees them; the section [design] of
---config sizes it. Each finished path is a file of its own in the folder; a killed design goes on where it was. Runs of other
-settings are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one report: its files.txt lists what was written, and the next report there
-removes it; other files stay.")]
+The design has 407 paths in seventeen kinds, 182 of them held out of the fit; the section [design] of --config sets
+its size. Each finished path is a file of its own in the folder; an interrupted design resumes. Runs of other settings
+are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one
+report: its files.txt lists the files of the report, which the next report there removes; other files are kept.")]
 pub struct Args {
     /// Folder of the runs [default: those that ship with the program, of the default settings]
     #[arg(long, value_name = "DIR", required_if_eq("design", "true"))]
@@ -43,7 +43,7 @@ pub struct Args {
     /// Replace a file at --out, also a model
     #[arg(long)]
     force: bool,
-    /// Run what the folder lacks of the design of experiments first
+    /// Run the missing runs of the design of experiments first
     #[arg(long)]
     design: bool,
     /// Run the K-th of N shares of the design only, which cost about the same
@@ -92,7 +92,7 @@ impl From<ReduceError> for Failure {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, _, design_settings) = args.model.settings()?;
-    // A model costs hours of finite elements: none is replaced without being asked for.
+    // A model costs hours of finite elements: an existing one is replaced on request only.
     let mut outputs =
         Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref(), Vec::new()).force(args.force);
     if let Some(folder) = &args.report {
@@ -124,7 +124,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The runs of the motions that a bed of springs knows: the neutral pose, on a plane. Prints the kinds that the fit leaves out.
+/// The runs of motions that a bed of springs represents: the neutral pose, on a plane. Prints the kinds that the fit
+/// leaves out.
 pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
     let (known, left): (Vec<Run>, Vec<Run>) = runs.into_iter().partition(|run| run.is_representable());
     let of_kind = |kind: Kind| left.iter().filter(|run| run.kind == kind).count();
@@ -144,7 +145,7 @@ pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
 
 /// Fits, prints the errors and writes the model file.
 ///
-/// * `beside`: runs of a pad of the same finger, which the fit sees as well
+/// * `beside`: runs of a pad of the same finger, which enter the fit too
 pub(super) fn fit(
     runs: &[Run],
     beside: &[Run],
@@ -200,9 +201,9 @@ pub(super) fn write_report(
     };
     write(&[])?;
     if let Some(settings) = curve {
-        let points = during("other sizes", |tell| {
+        let points = during("other sizes", |set_activity| {
             reduce::curve(runs, exponent, settings, |share| {
-                tell(&format!("other sizes, {:.0} %", 100.0 * share));
+                set_activity(&format!("other sizes, {:.0} %", 100.0 * share));
                 true
             })
         })?;
@@ -243,7 +244,7 @@ pub(super) fn read_runs(folder: Option<&Path>) -> Result<Vec<Run>, Failure> {
     Ok(runs)
 }
 
-/// What the same paths cost both models.
+/// Prints the time of the same paths in both models.
 fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
     let model = reduced.data.model().map_err(ReduceError::from)?;
     println!(
@@ -256,7 +257,7 @@ fn print_speed(runs: &[Run], reduced: &Reduced) -> Result<(), Failure> {
             continue;
         }
         let steps: usize = of_kind.iter().map(|run| reduce::replay_steps(run)).sum();
-        // The best of a few: other work on the machine only ever adds.
+        // The best of a few: other work on the machine only adds time.
         let once = || {
             let start = std::time::Instant::now();
             for run in &of_kind {

@@ -1,7 +1,7 @@
 //! A folder of results that holds one result only.
 //!
-//! The folder's list, [`LIST`], names every file that was written there. The next result removes exactly these; what
-//! the list does not name is somebody else's and stays.
+//! The folder's list, [`LIST`], names every file that was written there. The next result removes exactly these files;
+//! all others belong to the user and are kept.
 
 use std::{
     fs,
@@ -26,16 +26,17 @@ pub fn listed(folder: &Path) -> Vec<String> {
     if lines.next() != Some(HEADER) {
         return Vec::new();
     }
-    // A list that somebody edited must not lead out of the folder.
+    // An edited list must not lead out of the folder.
     let inside =
         |name: &&str| !name.is_empty() && Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
     lines.filter(inside).map(str::to_owned).collect()
 }
 
-/// Refuses a folder where one of `names` is not of an earlier result; a name that ends in `/` is a folder, which is if the
-/// list names a file in it.
+/// Refuses a folder that holds one of `names` from another source than an earlier result. A name that ends in `/` is a
+/// folder; it belongs to a result if the list names a file in it.
 ///
-/// Errors: the file that is in the way.
+/// # Errors
+/// The conflicting file.
 pub fn check(folder: &Path, names: &[&str]) -> anyhow::Result<()> {
     let own = listed(folder);
     let is_own = |name: &str| own.iter().any(|o| o == name || name.ends_with('/') && o.starts_with(name));
@@ -51,12 +52,13 @@ pub fn check(folder: &Path, names: &[&str]) -> anyhow::Result<()> {
 
 /// Writes a result in place of the earlier one.
 ///
-/// * `files`: names within the folder, with `/`, and contents; the page last, so that it never stands without the rest
+/// * `files`: names within the folder, with `/`, and contents; the page last, so that it never refers to missing files
 ///
-/// Errors: [`Failure::Input`] with the file.
+/// # Errors
+/// [`Failure::Input`] with the file.
 pub fn write(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
     let place = |path: &Path| path.display().to_string();
-    // The page goes first and the list stays until all is gone: whatever ends the program leaves no mixture.
+    // The page is removed first and the list last: an interruption at any point leaves no mixture.
     for name in listed(folder).iter().rev() {
         let old = folder.join(name);
         if old.exists() {

@@ -1,4 +1,4 @@
-//! What the finger touches: the flags that stand for the section `rigid_body` of a configuration.
+//! The rigid body that the finger touches: flags that replace the section `rigid_body` of a configuration.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,8 @@ impl BodyArgs {
         self.body.is_some() || self.radius_mm.is_some() || self.axis_deg.is_some() || self.angle_deg.is_some()
     }
 
-    /// Puts what is given in place of what the configuration says; another kind of body forgets its numbers too.
+    /// Replaces values of the configuration by those of the flags; another kind of body also discards the
+    /// configuration's dimensions.
     ///
     /// # Errors
     /// A word that is neither a kind of body nor a file.
@@ -65,7 +66,7 @@ impl BodyArgs {
 /// Radius of a body over the size of the faces that touch it below which the faces are too coarse for it.
 const LEAST_RADIUS: f64 = 2.0;
 
-/// Warns of a body that is finer than the mesh: contact is found at the nodes, and what is between them is not seen.
+/// Warns of a body that is finer than the mesh: contact is found at the nodes, so features between them are missed.
 pub fn warn_of_fine_body(config: &Config, finger: &Finger) {
     let mesh = &finger.mesh;
     let place = |node: u32| mesh.nodes[node as usize];

@@ -38,38 +38,39 @@ Examples:
   fingerpad simulate --path path.csv --mesh-preset coarse --probe papillae:0.7 --probe-out strain.csv --out response.csv
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
-The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, straight between rows; normal_force_n in place of
+The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, linear between rows; normal_force_n in place of
 depth_mm, friction_x_n and friction_y_n in place of the slides, drive by force. spin_deg (turn of the plane about its
 normal, counter-clockwise from above), pitch_deg (angle of the finger to the plane, 10 to 70) and roll_deg (-30 to 30)
-may follow, or spin_moment_n_mm, moment_y_n_mm and moment_x_n_mm in their place; without them the finger keeps the pose
-of its shape. The response has a row at least at every row of the path.
+may follow, or spin_moment_n_mm, moment_y_n_mm and moment_x_n_mm in their place; without them the finger keeps the
+pose of its shape. The response has a row at least at every row of the path.
 
---body takes another rigid body than the plane: a sphere, a cylinder or an edge, whose highest point is under first touch of
-the pose in which the path starts; a hollow of a negative radius or a groove, whose lowest point is there; or a file of heights.
-Depth counts along z from where finger and body first touch in each pose without a slide. Slides and spin move the body as a
-whole, so that a slide on a sphere leads the finger off its top; pitch and roll turn it about that point, to which moments and
-the centre of pressure refer. The contact area is that on the body.
+--body sets another rigid body than the plane: a sphere, a cylinder or an edge, whose highest point is under first
+touch of the pose at the start of the path; a hollow of a negative radius or a groove, whose lowest point is there; or
+a file of heights. Depth counts along z from the place where finger and body first touch in each pose without a slide.
+Slides and spin move the body as a whole, so that a slide on a sphere moves the finger off its top; pitch and roll
+turn it about that point, to which moments and the centre of pressure refer. The contact area is that on the body.
 
---report draws the response and the contact, with the settings, the costs and what to beware of, into DIR/report.html;
-its numbers are in report.json and its figures in figures/. The contact is drawn at the end of the first press, where
-the plane turns and at the last row that presses, or at the rows of --map-rows.
+--report draws the response and the contact, with the settings, the costs and warnings, into DIR/report.html; its
+numbers are in report.json and its figures in figures/. The contact is drawn at the end of the first press, where the
+plane turns and at the last row that presses, or at the rows of --map-rows.
 
---probe reads the tissue at points of a CSV file with the columns x_mm, y_mm and z_mm, or below_skin_mm for a depth under the
-pad's skin, and a name in the column probe; papillae:0.7 puts a grid of 1 mm at 0.7 mm under the pad. The file of --probe-out has
-a row for each row of the response and each probe: place, Green-Lagrange strain, its largest and least principal value, strain
-energy density, and the rates of strain and energy since the row before. --reactions writes force and moment that hold the nail,
-the bone and the cut end, along the axes of the mesh and about the point of first touch in the neutral pose.
+--probe reads the tissue at points of a CSV file with the columns x_mm, y_mm and z_mm, or below_skin_mm for a depth
+under the pad's skin, and a name in the column probe; papillae:0.7 puts a grid of 1 mm at 0.7 mm under the pad. The
+file of --probe-out has a row for each row of the response and each probe: place, Green-Lagrange strain, its largest
+and least principal value, strain energy density, and the rates of strain and energy since the row before. --reactions
+writes force and moment of the supports at the nail, the bone and the cut end, along the axes of the mesh and about
+the point of first touch in the neutral pose.
 
-The files of --vtu carry displacement, Cauchy stress (MPa, tension positive; XX YY ZZ XY YZ XZ), von Mises stress,
+The files of --vtu contain displacement, Cauchy stress (MPa, tension positive; XX YY ZZ XY YZ XZ), von Mises stress,
 pressure, Green-Lagrange strain, strain energy density and region of every element, and pressure, traction, slip and
 stick of the faces of the pad.
 
-The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in the folder
-of --vtu are removed. An earlier response of simulate at --out is replaced, any other file only with --force. A run that is
-stopped or finds no equilibrium keeps the rows before in RESPONSE.partial.csv, which the next run that reaches its end removes;
-one that was stopped goes on from RESPONSE.checkpoint. With --out - the response, or as much of it as was reached, goes to
-standard output and messages to standard error, and a run that was stopped starts again from the beginning; --path - reads
-standard input.")]
+The folders of --out, --vtu and --report are made if they are missing. Files of an earlier series of the same name in
+the folder of --vtu are removed. An earlier response of simulate at --out is replaced, any other file only with
+--force. A run that is interrupted or finds no equilibrium keeps the rows before in RESPONSE.partial.csv, which the
+next run that reaches its end removes; an interrupted run resumes from RESPONSE.checkpoint. With --out - the rows up
+to the end of the run are written to standard output and messages to standard error, and an interrupted run starts
+again from the beginning; --path - reads standard input.")]
 pub struct Args {
     /// Path of the plane (CSV); - for standard input
     #[arg(long, value_name = "PATH.csv")]
@@ -122,7 +123,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let config = configuration(args)?;
     let path = path_csv::read(outputs::input(&args.path))?;
     let map_rows = map_rows(args, &path).map_err(Failure::Input)?;
-    // What was reached goes beside the output, under a name that nobody takes for the whole.
+    // The rows of an incomplete run are written beside the output, under another name.
     let partial =
         if outputs::is_standard(&args.out) { args.out.clone() } else { args.out.with_extension("partial.csv") };
     prepare_outputs(args, &config, &partial)?;
@@ -146,7 +147,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         match run.follow() {
             Err(LoadPathError::BesidePad { t_s, .. }) if trial < LARGER_PADS.len() => eprintln!(
-                "skin beside the pad comes to the plane at t = {t_s:.3} s: again with a pad that reaches {} times as high",
+                "skin beside the pad reaches the plane at t = {t_s:.3} s: again with a pad that reaches {} times as high",
                 LARGER_PADS[trial]
             ),
             result => return run.finish(result, &partial),
@@ -204,7 +205,7 @@ fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), F
     let mut outputs = Outputs::beside(inputs).stream("--out", &args.out, marks()).force(args.force);
     if let Some(checkpoint) = checkpoint_file(&args.out) {
         outputs = outputs.file("--out", Some(partial), marks());
-        // What follows the key is known to the run alone.
+        // The run's key is not known yet, so that any checkpoint is accepted here.
         outputs = outputs.file("--out", Some(&checkpoint), vec![Mark::beginning("@")]);
     }
     if let Some(folder) = &args.vtu {
@@ -216,7 +217,7 @@ fn prepare_outputs(args: &Args, config: &Config, partial: &Path) -> Result<(), F
     args.probes.declare(outputs).prepare()
 }
 
-/// A run along a path and what is written of it.
+/// A run along a path, and its outputs.
 struct Run<'a> {
     args: &'a Args,
     config: &'a Config,
@@ -245,7 +246,7 @@ impl Run<'_> {
         };
         let result = match checkpoint_file(&self.args.out) {
             Some(file) => {
-                // What is observed is part of the state.
+                // The state contains the observed quantities.
                 let key = format!("{} {:?}", self.hash, self.observed);
                 let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &key };
                 follow_path_from(&problem, self.path, &rows, checkpoint, &mut progress)
@@ -256,7 +257,7 @@ impl Run<'_> {
         result
     }
 
-    /// Writes what came of the run, whole or as far as it got.
+    /// Writes the result of the run, complete or not.
     ///
     /// * `partial`: file of the rows of a run that did not reach its end
     fn finish(&self, result: Result<Trajectory, LoadPathError>, partial: &Path) -> Result<(), Failure> {
@@ -272,7 +273,7 @@ impl Run<'_> {
                 print_costs(&args.out, &trajectory);
                 if config.friction.lambda == 0.0 && config.friction.tau0_mpa == 0.0 {
                     eprintln!(
-                        "note: the contact is frictionless: its stick_ratio of 0 and its regime slip mean no more than that"
+                        "note: the contact is frictionless: its stick_ratio of 0 and its regime slip have no other meaning"
                     );
                 }
                 warn_of_no_contact(path, &trajectory.responses);
@@ -284,7 +285,7 @@ impl Run<'_> {
                 if !reached.responses.is_empty() {
                     self.save(&reached, partial, true)?;
                     kept = format!("{} rows kept in {}", reached.responses.len(), partial.display());
-                    // A run that was stopped goes on when it is started again, and must end at once.
+                    // An interrupted run resumes when it is started again, and must end at once.
                     if !matches!(error, LoadPathError::Interrupted { .. }) {
                         self.report(&reached, partial, Some(error.to_string()))?;
                     }
@@ -294,7 +295,7 @@ impl Run<'_> {
         }
     }
 
-    /// Writes the response, and the fields where they are wanted.
+    /// Writes the response, and the fields if requested.
     fn save(&self, trajectory: &Trajectory, out: &Path, is_partial: bool) -> Result<(), Failure> {
         response_csv::check(out, &trajectory.responses)?;
         outputs::write(out, |w| response_csv::write_to(w, &trajectory.responses, None))?;
@@ -310,10 +311,10 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Writes the report, where it is wanted.
+    /// Writes the report, if requested.
     ///
-    /// * `response`: the response's file, which is there
-    /// * `ended_early`: why the run ended before its path did
+    /// * `response`: the response's file, which exists
+    /// * `ended_early`: reason for an early end of the run
     fn report(&self, trajectory: &Trajectory, response: &Path, ended_early: Option<String>) -> Result<(), Failure> {
         let Some(folder) = &self.args.report else { return Ok(()) };
         let mut trajectory = trajectory.clone();
@@ -349,7 +350,7 @@ impl Run<'_> {
     }
 }
 
-/// Where the state of an unfinished run is kept; None where the response goes to standard output.
+/// File of the state of an unfinished run; None if the response is written to standard output.
 fn checkpoint_file(out: &Path) -> Option<PathBuf> {
     (!outputs::is_standard(out)).then(|| out.with_extension("checkpoint"))
 }
@@ -369,7 +370,7 @@ fn print_costs(out: &Path, trajectory: &Trajectory) {
     outputs::say(out, &line);
 }
 
-/// The way from a folder to a file, both there.
+/// The relative path from a folder to a file, which both exist.
 fn link(folder: &Path, file: &Path) -> anyhow::Result<String> {
     let whole = |path: &Path| fs::canonicalize(path).with_context(|| path.display().to_string());
     let (from, to) = (whole(folder)?, whole(file)?);

@@ -1,8 +1,8 @@
-//! What the documents tell the reader to type: every command of README and the pages is parsed; the slow tier runs them too.
+//! The commands of the documents: every command of README and the pages is parsed; the slow tier runs them too.
 //!
 //! A command is a line of a fenced `sh` block. Those of a page run in their order in one temporary folder that holds a
-//! copy of `data`, so that a later one may use what an earlier one made. `cargo run --release --` and `fingerpad` stand
-//! for the program as it was just built.
+//! copy of `data`, so that a later one may use the output of an earlier one. `cargo run --release --` and `fingerpad`
+//! mean the program as it was just built.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -101,7 +101,7 @@ fn every_link_leads_somewhere() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The checks themselves: each of these mistakes is seen, and the same without it is not.
+/// The checks themselves: each of these mistakes is found, and the same text without it passes.
 #[test]
 fn a_mistake_in_a_command_is_seen() {
     let folder = Sandbox::new();
@@ -113,12 +113,12 @@ fn a_mistake_in_a_command_is_seen() {
     let eval = "fingerpad eval --model data/models/fingertip.fpm --path data/examples/path.csv --out r.csv";
     folder.run(eval).unwrap();
     folder.parse(eval).unwrap();
-    for (from, to, said) in
+    for (from, to, expected) in
         [("--model", "--modle", "--modle"), ("path.csv", "paht.csv", "paht.csv"), ("eval", "evaluate", "evaluate")]
     {
         let bad = eval.replace(from, to);
         for problem in [folder.run(&bad).unwrap_err(), folder.parse(&bad).unwrap_err()] {
-            assert!(problem.contains(said), "{bad}: {problem}");
+            assert!(problem.contains(expected), "{bad}: {problem}");
         }
     }
     for (good, bad) in [
@@ -139,15 +139,16 @@ fn a_mistake_in_a_command_is_seen() {
     }
 }
 
-/// The documented first diagnosis finds what `data/examples/SOURCE.md` says is hidden, and prints what the page shows.
+/// The documented first diagnosis finds the effect that `data/examples/SOURCE.md` names, and prints the text of the
+/// page.
 #[test]
 fn the_first_diagnosis_finds_what_the_examples_hide() {
     let folder = Sandbox::new();
     let page = fs::read_to_string(root().join("docs/first-diagnosis.md")).unwrap();
     let command = fenced(&page).remove(0);
-    let said = folder.run(&command).unwrap();
+    let printed = folder.run(&command).unwrap();
     let shown = page.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
-    assert_eq!(said.lines().next(), shown.lines().next());
+    assert_eq!(printed.lines().next(), shown.lines().next());
     let report: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.0.path().join("diagnosis/report.json")).unwrap()).unwrap();
     assert_eq!(report["verdict"], "named");
@@ -214,11 +215,11 @@ impl Sandbox {
         Self(folder)
     }
 
-    /// Runs a command of `fingerpad`; what it printed.
+    /// Runs a command of `fingerpad`; returns its standard output.
     fn run(&self, command: &str) -> Result<String, String> {
         let words: Vec<&str> = command.split(' ').collect();
         match words.split_first() {
-            Some((&"fingerpad", rest)) => said(self.fingerpad().args(rest)),
+            Some((&"fingerpad", rest)) => printed(self.fingerpad().args(rest)),
             _ => Err("is neither run nor on the list of those that are only parsed".into()),
         }
     }
@@ -251,7 +252,7 @@ impl Sandbox {
         let words: Vec<&str> = command.split(' ').collect();
         match words[..] {
             ["fingerpad", ref rest @ ..] | ["cargo", "run", "--release", "--", ref rest @ ..] => {
-                said(self.fingerpad().args(rest).arg("--help"))
+                printed(self.fingerpad().args(rest).arg("--help"))
             }
             ["cargo", "xtask", "verify" | "bench", "python" | "mujoco"] | ["cargo", "xtask", "verify", "tables"] => {
                 Ok(String::new())
@@ -259,9 +260,9 @@ impl Sandbox {
             ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
             ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
             ["cargo", "xtask", "bench", name, ref rest @ ..] => {
-                said(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
+                printed(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
             }
-            ["cargo", "xtask", ref rest @ ..] => said(program("xtask", "xtask")?.args(rest).arg("--help")),
+            ["cargo", "xtask", ref rest @ ..] => printed(program("xtask", "xtask")?.args(rest).arg("--help")),
             ["cargo", "install", "--path", folder] => match root().join(folder).join("Cargo.toml").exists() {
                 true => Ok(String::new()),
                 false => Err(format!("{folder} is no package")),
@@ -284,10 +285,10 @@ fn cargo(words: &[&str]) -> Result<String, String> {
         Some(at) => (&words[..at], &words[at + 1..]),
         None => (words, &[][..]),
     };
-    said(Command::new(env!("CARGO")).current_dir(root()).args(own).arg("--help"))?;
+    printed(Command::new(env!("CARGO")).current_dir(root()).args(own).arg("--help"))?;
     let value = |names: &[&str]| own.windows(2).find(|pair| names.contains(&pair[0])).map(|pair| pair[1]);
     let Some(package) = value(&["-p", "--package"]) else { return Ok(String::new()) };
-    let metadata = said(Command::new(env!("CARGO")).current_dir(root()).args([
+    let metadata = printed(Command::new(env!("CARGO")).current_dir(root()).args([
         "metadata",
         "--no-deps",
         "--offline",
@@ -306,7 +307,7 @@ fn cargo(words: &[&str]) -> Result<String, String> {
         if kind == "bin" {
             return match name {
                 "verify" => verification_cases(handed_on),
-                _ => said(program(name, package)?.args(handed_on).arg("--help")),
+                _ => printed(program(name, package)?.args(handed_on).arg("--help")),
             };
         }
     }
@@ -315,7 +316,7 @@ fn cargo(words: &[&str]) -> Result<String, String> {
 
 /// Names of verification cases, as the program lists them.
 fn verification_cases(words: &[&str]) -> Result<String, String> {
-    let list = said(program("verify", "fingerpad-tests")?.arg("--list"))?;
+    let list = printed(program("verify", "fingerpad-tests")?.arg("--list"))?;
     for word in words.iter().filter(|word| !["--list", "--quick"].contains(word)) {
         if !list.lines().any(|line| line.starts_with(word)) {
             return Err(format!("there is no case {word}"));
@@ -324,7 +325,8 @@ fn verification_cases(words: &[&str]) -> Result<String, String> {
     Ok(list)
 }
 
-/// Another program of the workspace: beside ours, where tests of the whole workspace have built it; else built now.
+/// Another program of the workspace: in the folder of this one if tests of the whole workspace have built it; else
+/// built now.
 fn program(name: &str, package: &str) -> Result<Command, String> {
     let ours = Path::new(env!("CARGO_BIN_EXE_fingerpad"));
     let program = ours.with_file_name(name).with_extension(std::env::consts::EXE_EXTENSION);
@@ -332,13 +334,13 @@ fn program(name: &str, package: &str) -> Result<Command, String> {
         let optimised = ours.parent().is_some_and(|folder| folder.ends_with("release"));
         let profile = if optimised { "release" } else { "dev" };
         let arguments = ["build", "--quiet", "--profile", profile, "--package", package, "--bin", name];
-        said(Command::new(env!("CARGO")).current_dir(root()).args(arguments))?;
+        printed(Command::new(env!("CARGO")).current_dir(root()).args(arguments))?;
     }
     Ok(Command::new(program))
 }
 
-/// What a command prints; what it says on standard error where it fails.
-fn said(command: &mut Command) -> Result<String, String> {
+/// The standard output of a command; its standard error if it fails.
+fn printed(command: &mut Command) -> Result<String, String> {
     let output = command.output().map_err(|error| error.to_string())?;
     match output.status.success() {
         true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),

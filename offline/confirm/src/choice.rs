@@ -1,4 +1,4 @@
-//! Choice of representative runs of a set: far from each other in depth, direction and what drives the effect.
+//! Choice of representative runs of a set: far from each other in depth, direction and the driver of the effect.
 
 use fingerpad_diagnose::RunSet;
 use fingerpad_diagnose::laws::Column;

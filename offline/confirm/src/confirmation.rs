@@ -1,4 +1,4 @@
-//! Confirmation of a diagnosis: what the finite elements leave of measured strokes before and after the effect.
+//! Confirmation of a diagnosis: residuals of the finite elements along measured strokes, without and with the effect.
 //!
 //! Main types: [`Prepared`], [`Confirmation`].
 
@@ -16,7 +16,7 @@ pub const ROUNDS: usize = 4;
 /// The finger is calibrated where no coefficient moves by more than this share of its standard deviation between fingers.
 const SETTLED: f64 = 0.01;
 
-/// What running a list of strokes gave: one entry per stroke, `None` where the finite elements found no equilibrium.
+/// Results of a list of strokes: one entry per stroke, `None` if the finite elements found no equilibrium.
 pub type Ran = Vec<Option<Vec<FeRow>>>;
 
 /// Runs of one set that are to be repeated by the finite elements.
@@ -37,7 +37,7 @@ impl Part {
     }
 }
 
-/// What is to be run.
+/// The strokes to be run.
 pub struct Prepared<'a> {
     reference: &'a ReferenceCurves,
     evidence: &'a Evidence,
@@ -59,7 +59,7 @@ struct Calibrated {
     scale: FingerScale,
     /// Area under which the laws were fitted over that of the finite elements.
     area_ratio: f64,
-    /// What is left of the calibration strokes, N.
+    /// Residuals of the calibration strokes, N.
     rms_n: [f64; 3],
 }
 
@@ -75,7 +75,7 @@ struct Residuals {
 }
 
 impl<'a> Prepared<'a> {
-    /// Chooses `count` strokes of the calibration and of the held-out set (of the measured one, where there is none).
+    /// Chooses `count` strokes of the calibration and of the held-out set (of the measured one without a held-out set).
     ///
     /// * `law`: the law of friction of the finite-element finger
     pub fn new(reference: &'a ReferenceCurves, evidence: &'a Evidence, law: RubberFriction, count: usize) -> Self {
@@ -106,7 +106,7 @@ impl<'a> Prepared<'a> {
 
     /// Calibrates the finite-element finger on its strokes and runs the others without and with the effect.
     ///
-    /// `run` is given what is being done and the strokes to be run.
+    /// `run` receives a description of the current activity and the strokes to be run.
     ///
     /// # Errors
     /// Those of `run`.

@@ -1,10 +1,10 @@
-//! Confirmation of a diagnosis by finite elements: the named effect is switched on inside their law of friction, measured
-//! strokes are run again, and what is left of them before and after is told.
+//! Confirmation of a diagnosis by finite elements: the named effect is switched on inside their law of friction,
+//! measured strokes are run again, and the residuals before and after are reported.
 //!
-//! Main types: [`Confirmation`] (what is to be run and what came of it), [`FeStroke`] (a run as the finite elements take
-//! it), [`FingerScale`] (scales that make it another finger). A stiffness factor s is exact: the law
-//! tau_crit(s sigma)/s acts on the unchanged tissue and all forces are multiplied by s.
-//! May use: diagnose (runs, laws, evidence), smooth, fe (load path, contact). Reads and writes no files.
+//! Main types: [`Confirmation`] (the strokes and their results), [`FeStroke`] (a run as input of the finite elements),
+//! [`FingerScale`] (scales that make it another finger). A stiffness factor s is exact: the law tau_crit(s sigma)/s
+//! acts on the unchanged tissue and all forces are multiplied by s. May use: diagnose (runs, laws, evidence), smooth,
+//! fe (load path, contact). Reads and writes no files.
 
 mod choice;
 mod confirmation;

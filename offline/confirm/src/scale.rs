@@ -31,7 +31,7 @@ fn over_direction(row: &Row) -> [f64; 4] {
     [row.double_angle[0], row.double_angle[1], row.along[0], row.along[1]]
 }
 
-/// One row of the fit: readings, prediction of the finite elements, and what its slopes follow from.
+/// One row of the fit: readings, prediction of the finite elements, and the quantities from which the slopes follow.
 #[derive(Clone, Copy, Debug)]
 pub struct FittedRow {
     /// The row's state.

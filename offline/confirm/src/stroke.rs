@@ -11,7 +11,7 @@ use fingerpad_fe::load_path::{
 
 use super::scale::{FingerScale, Refit};
 
-/// Rows of a run at which the finite elements are asked; longer runs are thinned.
+/// Most rows of a run at which the finite elements are evaluated; longer runs are thinned.
 const MOST_ROWS: usize = 40;
 
 /// Forces and contact of the finite elements at one row.
@@ -41,7 +41,7 @@ pub struct FeStroke<'a> {
     pub path: Path,
     /// Index among the path's corners of the first row.
     pub first_row: usize,
-    /// Rows of the run that are asked, rising.
+    /// Indices of the evaluated rows of the run, rising.
     pub kept: &'a [usize],
     run: &'a Run,
     laws: &'a [ActiveLaw],
@@ -96,13 +96,13 @@ impl<'a> FeStroke<'a> {
         out
     }
 
-    /// The law of friction at a time, as the unchanged tissue sees it.
+    /// The law of friction at a time, as it acts on the unchanged tissue.
     pub fn law_at(&self, t_s: f64) -> RubberFriction {
         let [strength, stiffness] = self.factors(&between(&self.run.rows, t_s));
         self.law.scaled(strength, stiffness)
     }
 
-    /// Follows the stroke; `None` where no equilibrium is found.
+    /// Follows the stroke; `None` if no equilibrium is found.
     ///
     /// # Errors
     /// [`LoadPathError`], but not [`LoadPathError::NoEquilibrium`].
@@ -121,7 +121,7 @@ impl<'a> FeStroke<'a> {
         }
     }
 
-    /// Readings at the kept rows, N: what the finite elements gave times the stiffness, then rim, drag and sensor.
+    /// Readings at the kept rows, N: the forces of the finite elements times the stiffness, then rim, drag and sensor.
     ///
     /// * `area`: area of the baseline under which the laws were fitted, over that of the finite elements
     pub fn readings(&self, found: &[FeRow], area: f64) -> Vec<[f64; 3]> {
@@ -155,7 +155,7 @@ fn with_offset(row: &Row, change: &Change) -> f64 {
     if row.depth_mm > 0.0 { row.depth_mm + change.depth_mm } else { row.depth_mm }
 }
 
-/// The state between two rows; what belongs to a motion is that of the row at its end.
+/// The state between two rows; values of a motion are those of the row at its end.
 fn between(rows: &[Row], t_s: f64) -> Row {
     if rows.len() < 2 {
         return rows[0];

@@ -15,14 +15,15 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Writes a file beside its final place and renames it there once all of it is on the disk.
 ///
 /// On any error the old content of `path`, if any, is untouched and the partial file is removed. A link is followed:
-/// the file it points to is replaced. What is not a regular file (a pipe, `/dev/stdout`) is written directly.
+/// the file it points to is replaced. Other kinds of files (a pipe, `/dev/stdout`) are written directly.
 ///
-/// Errors: [`Error::File`] with `path`; whatever `fill` returns is wrapped the same way.
+/// # Errors
+/// [`Error::File`] with `path`; an error of `fill` is wrapped the same way.
 pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
     write(path, fill).map_err(|source| Error::File { path: path.to_path_buf(), source })
 }
 
-/// Removes the temporary files of all writes under way in this process, for a program that ends in the middle of them.
+/// Removes the temporary files of all unfinished writes of this process, for a program that ends in the middle of them.
 pub fn discard_unfinished() {
     for file in unfinished().drain(..) {
         // One that is already in its final place is no longer under this name.
@@ -54,7 +55,7 @@ fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     fs::metadata(folder)?;
-    // The crate's own message names the temporary file, which says nothing to a reader.
+    // The crate's own message names the temporary file, which the user does not know.
     let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
     let name = file.path().to_path_buf();
     unfinished().push(name.clone());

@@ -1,25 +1,27 @@
 //! Columns under other names and in other units than the format's own.
 //!
-//! Main type: [`ColumnNames`], made from what a user writes: `normal_force_n=-Fz` and `normal_force_n=mN`.
+//! Main type: [`ColumnNames`], made from a user's arguments: `normal_force_n=-Fz` and `normal_force_n=mN`.
 
 use std::collections::BTreeMap;
 
 use crate::unit::{self, Unit};
 
-/// What a file calls the columns of a format, and the factors that bring its numbers to the format's units.
+/// Column names of a file, and the factors that convert its numbers to the format's units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColumnNames {
-    /// The file's name of a column, and -1 where its sign is turned round.
+    /// The file's name of a column, and -1 if its sign changes.
     given: BTreeMap<String, (String, f64)>,
     /// Unit of a column's values.
     units: BTreeMap<String, Unit>,
 }
 
 impl ColumnNames {
-    /// Reads what a user wrote.
+    /// Reads a user's arguments.
     ///
-    /// * `map`: pairs `column=name in the file`, separated by commas; a minus sign before the name turns the values round
-    /// * `unit`: pairs `column=unit`; the unit of a column is that of its spread (`..._sd`) too, unless that has its own
+    /// * `map`: pairs `column=name in the file`, separated by commas; a minus sign before the name changes the sign of
+    ///   the values
+    /// * `unit`: pairs `column=unit`; the unit of a column is that of its spread (`..._sd`) too, unless that has its
+    ///   own
     /// * `known`: columns of the format
     ///
     /// # Errors
@@ -32,7 +34,7 @@ impl ColumnNames {
                 return Err(format!("--map {column}={name}: {other} has this column already"));
             }
             if names.given.insert(column.to_owned(), (name.to_owned(), sign)).is_some() {
-                return Err(format!("--map {column}={name}: {column} stands there twice"));
+                return Err(format!("--map {column}={name}: {column} is given twice"));
             }
         }
         for (column, unit) in pairs("--unit", unit, known)? {
@@ -44,13 +46,13 @@ impl ColumnNames {
                 }
             })?;
             if names.units.insert(column.to_owned(), found).is_some() {
-                return Err(format!("--unit {column}={unit}: {column} stands there twice"));
+                return Err(format!("--unit {column}={unit}: {column} is given twice"));
             }
         }
         Ok(names)
     }
 
-    /// Whether columns have names of the file's own; other columns of the file are then none of ours.
+    /// Whether columns have names of the file's own; other columns of the file are then ignored.
     pub fn renames(&self) -> bool {
         !self.given.is_empty()
     }
@@ -59,12 +61,12 @@ impl ColumnNames {
     pub fn of_file<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self.given.iter().find(|(_, (given, _))| given == name) {
             Some((column, _)) => Some(column),
-            // A column that another one stands for is not meant.
+            // A column that another one replaces is not meant.
             None => (!self.given.contains_key(name)).then_some(name),
         }
     }
 
-    /// Names of the file that stand for columns of the format.
+    /// Names of the file that replace columns of the format.
     pub fn given(&self) -> impl Iterator<Item = (&str, &str)> {
         self.given.iter().map(|(column, (name, _))| (column.as_str(), name.as_str()))
     }
@@ -91,7 +93,7 @@ fn pairs<'a>(flag: &str, text: Option<&'a str>, known: &[&str]) -> Result<Vec<(&
             return Err(format!("{flag} {pair}: `{column}` is not one of {}", known.join(", ")));
         }
         if value.is_empty() || value == "-" {
-            return Err(format!("{flag} {pair}: nothing stands after `=`"));
+            return Err(format!("{flag} {pair}: nothing follows `=`"));
         }
         out.push((column, value));
     }
@@ -105,23 +107,23 @@ mod tests {
     const KNOWN: [&str; 4] = ["depth_mm", "normal_force_n", "normal_force_n_sd", "friction_coefficient"];
 
     #[test]
-    fn names_and_units_are_taken_and_mistakes_told() {
+    fn names_and_units_are_applied_and_mistakes_reported() {
         let names = ColumnNames::parse(Some("normal_force_n=-Fz"), Some("normal_force_n=mN,depth_mm=um"), &KNOWN);
         let names = names.unwrap();
         assert_eq!((names.of_file("Fz"), names.of_file("depth_mm")), (Some("normal_force_n"), Some("depth_mm")));
         assert_eq!(names.of_file("normal_force_n"), None);
         assert_eq!((names.factor("normal_force_n"), names.factor("normal_force_n_sd")), (-1e-3, 1e-3));
         assert_eq!((names.factor("depth_mm"), names.factor("friction_coefficient")), (1e-3, 1.0));
-        for (map, unit, told) in [
+        for (map, unit, expected) in [
             ("load=Fz", "", "--map load=Fz: `load` is not one of"),
             ("depth_mm", "", "--map depth_mm: is not COLUMN="),
-            ("depth_mm=-", "", "nothing stands after"),
+            ("depth_mm=-", "", "nothing follows"),
             ("depth_mm=a,normal_force_n=a", "", "depth_mm has this column already"),
             ("", "normal_force_n=stone", "units are N, mN"),
             ("", "normal_force_n=N,normal_force_n=mN", "twice"),
         ] {
             let message = ColumnNames::parse(Some(map), Some(unit), &KNOWN).unwrap_err();
-            assert!(message.contains(told), "{message}");
+            assert!(message.contains(expected), "{message}");
         }
     }
 }

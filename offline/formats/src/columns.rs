@@ -1,8 +1,9 @@
-//! A CSV file of numbers as named columns, with errors that say where.
+//! A CSV file of numbers as named columns; errors name line and column.
 //!
-//! Takes what spreadsheets write: byte order mark, CRLF, blank lines, spaces and quotes around cells (a separator inside
-//! quotes separates nothing), any column order; commas, semicolons or tabs between the cells, with the latter two decimal
-//! commas too; a row of units below the header. Does not take thousands separators, comments or missing cells.
+//! Accepts the output of spreadsheets: byte order mark, CRLF, blank lines, spaces and quotes around cells (a separator
+//! inside quotes separates nothing), any column order; commas, semicolons or tabs between the cells, with the latter
+//! two decimal commas too; a row of units below the header. Does not accept thousands separators, comments or missing
+//! cells.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ pub struct Columns {
     decimals: Decimals,
     /// Rows of values, blank lines and a row of units left out; numbers have decimal points.
     pub rows: Vec<Row>,
-    /// How the file was read, where that is not as this program writes files.
+    /// Format of the file, if it differs from that of this program's files.
     pub notes: Vec<String>,
 }
 
@@ -40,7 +41,7 @@ impl Columns {
         Self::parse_as(path, &text(path)?, known, &ColumnNames::default(), false)
     }
 
-    /// Reads a file whose columns have names and units of their own. Where any has, other columns are left aside.
+    /// Reads a file whose columns have names and units of their own. If any has, other columns are ignored.
     pub fn read_as(path: &Path, known: &[&str], as_named: &ColumnNames) -> Result<Self, Error> {
         Self::parse_as(path, &text(path)?, known, as_named, true)
     }
@@ -50,7 +51,7 @@ impl Columns {
         Self::parse_as(path, text, known, &ColumnNames::default(), false)
     }
 
-    /// * `has_options`: whether the user can name columns and units in another way than in the file
+    /// * `has_options`: whether the user can set names and units of columns by options
     fn parse_as(
         path: &Path,
         text: &str,
@@ -72,11 +73,11 @@ impl Columns {
         };
         for (column, given) in as_named.given() {
             if !names.iter().any(|name| name == given) {
-                let column = format!("`{given}`, which stands for `{column}`");
+                let column = format!("`{given}`, which is `{column}`");
                 return Err(Error::MissingColumn { path, line: header_line, column });
             }
         }
-        // A column of the file that stands for none of the format keeps its name, which nobody asks for.
+        // A column that is none of the format's keeps its name, which is never looked up.
         let names: Vec<String> = names
             .into_iter()
             .map(|name| as_named.of_file(&name).map_or_else(|| format!("({name})"), str::to_owned))
@@ -111,7 +112,7 @@ impl Columns {
         Ok(columns)
     }
 
-    /// Takes off the first row where it names the columns' units.
+    /// Removes the first row if it names the columns' units.
     fn take_units_row(&mut self, known: &[&str], as_named: &ColumnNames, has_options: bool) -> Result<(), Error> {
         let Some(row) = self.rows.first() else { return Ok(()) };
         let places: Vec<usize> = (0..self.names.len()).filter(|i| known.contains(&self.names[*i].as_str())).collect();
@@ -226,7 +227,7 @@ fn cell(text: &str) -> String {
     text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text).trim().to_owned()
 }
 
-/// What an unknown column probably was meant to be.
+/// The probable intention of an unknown column.
 fn hint(name: &str, known: &[&str]) -> String {
     let all = || format!("columns are {}", known.join(", "));
     if name.parse::<f64>().is_ok() {
@@ -312,7 +313,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_a_file_is_said_with_its_line() {
-        for (text, said) in [
+        for (text, wanted_text) in [
             ("t_s,depth_mm,normal_force_n\n0,0,25,0\n", &["runs.csv:2", "4 cells", "decimal comma"][..]),
             ("t_s,depth_mm,normal_force_n\n0,\"-0,2\",0\n", &["runs.csv:2", "depth_mm", "`-0,2`", "write -0.2"]),
             ("t_s;depth_mm;normal_force_n\n0;0,5;0\n1;0.5;0\n", &["runs.csv:3", "decimal point", "line 2", "`0,5`"]),
@@ -330,7 +331,7 @@ mod tests {
             ("T_S,depth_mm,normal_force_n\n0,0,0\n", &["runs.csv:1", "`T_S`", "did you mean `t_s`"]),
         ] {
             let message = parse(text).and_then(|read| numbers(&read).map_err(|e| e.to_string())).unwrap_err();
-            assert!(said.iter().all(|part| message.contains(part)), "{message}");
+            assert!(wanted_text.iter().all(|part| message.contains(part)), "{message}");
         }
         let names = ColumnNames::parse(None, Some("depth_mm=cm"), &KNOWN).unwrap();
         let text = "t_s,depth_mm,normal_force_n\ns,um,mN\n0,0,0\n";

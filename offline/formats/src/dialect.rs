@@ -14,11 +14,11 @@ const ROWS: usize = 20;
 ///
 /// * `head`: the file's first lines
 ///
-/// A header with one of comma, semicolon and tab decides; where it has several, the one that separates the first rows
+/// A header with one of comma, semicolon and tab decides; with several of them, the one that separates the first rows
 /// into as many cells as the header.
 ///
 /// # Errors
-/// What is unclear, as a sentence.
+/// The ambiguity, as a sentence.
 pub fn separator(head: &str) -> Result<char, String> {
     let mut lines = head.strip_prefix('\u{feff}').unwrap_or(head).lines().filter(|line| !line.trim().is_empty());
     let header = lines.next().unwrap_or("");
@@ -84,7 +84,7 @@ impl Decimals {
     /// A cell with a decimal point; other text is returned unchanged.
     ///
     /// # Errors
-    /// What is wrong with the number's decimals, as the end of a sentence.
+    /// The defect of the number's decimals, as the end of a sentence.
     pub fn plain<'a>(&mut self, line: usize, cell: &'a str) -> Result<Cow<'a, str>, String> {
         let mixed = |is: &str, other: &str, (line, text): &(usize, String)| {
             format!("has a decimal {is}, and line {line} has a decimal {other} (`{text}`)")
@@ -114,10 +114,10 @@ impl Decimals {
         Ok(Cow::Owned(pointed))
     }
 
-    /// What remains unclear at the end of a file: line and sentence.
+    /// An ambiguity at the end of a file: line and sentence.
     ///
     /// # Errors
-    /// Where every decimal comma of the file may separate thousands.
+    /// If every decimal comma of the file may separate thousands.
     pub fn finish(&self) -> Result<(), (usize, String)> {
         match (&self.unclear, &self.comma) {
             (Some((line, text)), None) => Err((
@@ -132,7 +132,7 @@ impl Decimals {
         }
     }
 
-    /// How the file was read, where it has not commas between the cells and decimal points.
+    /// Format of the file, if it has other separators than commas or other decimals than points.
     pub fn note(&self) -> Option<String> {
         let (_, name) = SEPARATORS.iter().find(|(c, _)| *c == self.separator).filter(|(c, _)| *c != ',')?;
         let commas = if self.comma.is_some() { " with decimal commas" } else { "" };

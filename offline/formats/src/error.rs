@@ -1,4 +1,4 @@
-//! What can be wrong with a file.
+//! Errors of a file.
 
 use std::path::PathBuf;
 
@@ -14,10 +14,10 @@ pub enum Error {
     File {
         /// The file as it was named.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// Nothing but blank lines.
+    /// Blank lines only.
     #[error("{}: the file is empty; its first line must name the columns: {expected}", path.display())]
     Empty {
         /// The file.
@@ -42,7 +42,7 @@ pub enum Error {
         line: usize,
         /// The column as spelled in the file.
         column: String,
-        /// What was probably meant, or what there is.
+        /// The probable intention, or the existing names.
         hint: String,
     },
     /// A column that is needed and not there.
@@ -52,11 +52,11 @@ pub enum Error {
         path: PathBuf,
         /// Line.
         line: usize,
-        /// What is missing, in quotes; alternatives joined by `or`.
+        /// The missing column, in quotes; alternatives joined by `or`.
         column: String,
     },
-    /// Two columns that say the same or contradict each other.
-    #[error("{}:{line}: column `{column}` cannot stand beside `{other}`", path.display())]
+    /// Two columns with the same meaning, or with contradicting ones.
+    #[error("{}:{line}: column `{column}` cannot be used together with `{other}`", path.display())]
     Conflict {
         /// The file.
         path: PathBuf,
@@ -69,7 +69,7 @@ pub enum Error {
     },
     /// A column that the header has twice.
     #[error(
-        "{}:{line}: column `{column}` stands twice in the header, as cells {} and {}: remove or rename one of them",
+        "{}:{line}: column `{column}` occurs twice in the header, as cells {} and {}: remove or rename one of them",
         path.display(), places[0], places[1]
     )]
     Duplicate {
@@ -84,7 +84,7 @@ pub enum Error {
     },
     /// A row with more or fewer cells than the header.
     #[error(
-        "{}:{line}: {found} cells where the header has {expected} (separated by {}s{})",
+        "{}:{line}: {found} cells, but the header has {expected} (separated by {}s{})",
         path.display(), dialect::name(*separator), Decimals::cell_count_hint(*separator, *found, *expected)
     )]
     CellCount {
@@ -108,9 +108,9 @@ pub enum Error {
         line: usize,
         /// Column.
         column: String,
-        /// The cell as it stands in the file, or the value that was to be written.
+        /// The cell of the file, or the value that was to be written.
         value: String,
-        /// What is wrong with it, as the end of the sentence.
+        /// The defect, as the end of the sentence.
         problem: String,
     },
     /// Not enough rows.
@@ -134,19 +134,19 @@ pub enum Error {
         line: usize,
         /// The field, keyword or section.
         field: String,
-        /// What stands there.
+        /// The text of the file.
         value: String,
-        /// What is wrong with it, as the end of the sentence.
+        /// The defect, as the end of the sentence.
         problem: String,
     },
-    /// Something that is wrong with a line as a whole, or with the file from there on.
+    /// A defect of a line as a whole, or of the file from there on.
     #[error("{}:{line}: {problem}", path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// Line.
         line: usize,
-        /// What is wrong.
+        /// The defect.
         problem: String,
     },
     /// A mesh or field that this format cannot hold, or data that do not fit their header.
@@ -154,7 +154,7 @@ pub enum Error {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The defect.
         problem: String,
     },
 }

@@ -17,14 +17,14 @@ pub struct Heights {
     pub heights_mm: Vec<f64>,
 }
 
-/// How far a node may be off the grid, share of the spacing.
+/// Largest distance of a node from the grid, share of the spacing.
 const OFF_GRID: f64 = 1e-3;
 
 /// Reads a height field: columns `x_mm`, `y_mm`, `height_mm` in any order of rows, or, of a name that ends in `.nrrd` or `.nhdr`, two
 /// axes of heights in mm, whose middle is the origin.
 ///
 /// # Errors
-/// [`Error`] that names line and value: a node that is off the grid, stands twice or is missing.
+/// [`Error`] that names line and value: a node that is off the grid, occurs twice or is missing.
 pub fn read(path: &Path) -> Result<Heights, Error> {
     let is_nrrd = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("nrrd") || e.eq_ignore_ascii_case("nhdr"));
     if is_nrrd {

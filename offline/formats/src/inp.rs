@@ -21,7 +21,7 @@ const HEX_FACES: [[usize; 4]; 6] = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1
 /// Faces of a C3D10, S1 to S4, as its edge nodes.
 const TET10_FACES: [[usize; 3]; 4] = [[4, 5, 6], [7, 8, 4], [8, 9, 5], [9, 7, 6]];
 
-/// What to write of a mesh, and as what.
+/// The written parts of a mesh, and their types.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Element type of hexahedra.
@@ -60,7 +60,7 @@ pub fn write(file: &Path, mesh: &Mesh, settings: &Settings) -> Result<(), Error>
     })
 }
 
-/// The mesh as text for a deck that goes on with materials and steps; the problem as a sentence if it cannot be.
+/// The mesh as text for a deck that continues with materials and steps; the error is a sentence.
 pub fn to_text(mesh: &Mesh, settings: &Settings) -> Result<String, String> {
     check_names(mesh)?;
     let faces = pad_element_faces(mesh, settings)?;
@@ -147,7 +147,7 @@ fn write_parts(w: &mut dyn Write, mesh: &Mesh, settings: &Settings, pad: &[(usiz
             writeln!(w, "{element}, S{face}")?;
         }
     }
-    // A tie says something only where its own elements are written.
+    // A tie has a meaning only if its own elements are written.
     let written = |region: &Region| !settings.omit.contains(region);
     let tets = mesh.tets.iter().filter(|tet| written(&tet.region)).flat_map(|tet| tet.nodes);
     let hexes = mesh.hexes.iter().filter(|hex| written(&hex.region)).flat_map(|hex| hex.nodes);

@@ -32,7 +32,7 @@ pub fn read(path: &Path) -> Result<RawMesh, Error> {
     reader.finish()
 }
 
-/// Where something stood.
+/// Position in the file.
 #[derive(Clone, Debug, Default)]
 struct Place {
     path: PathBuf,
@@ -387,7 +387,7 @@ fn resolve(sets: &BTreeMap<String, Members>) -> Result<BTreeMap<String, Vec<u64>
         depth: usize,
         into: &mut Vec<u64>,
     ) -> Result<(), Error> {
-        let members = find(sets, name).ok_or_else(|| place.fail("set", name, "is named here and nowhere made"))?;
+        let members = find(sets, name).ok_or_else(|| place.fail("set", name, "is used here but never defined"))?;
         if depth > 16 {
             return Err(place.fail("set", name, "contains itself"));
         }
@@ -471,7 +471,7 @@ mod tests {
             ("*ELEMENT, TYPE=C3D20R\n", ":13: *ELEMENT TYPE: `C3D20R` is not read"),
             ("*ELEMENT\n", ":13: *ELEMENT: `TYPE` is missing"),
             ("*NSET, NSET=a, GENERATE\n5, 1\n", ":14: *NSET: `5, 1` is not `from, to, step`"),
-            ("*NSET, NSET=a\nb\n", ":14: set: `b` is named here and nowhere made"),
+            ("*NSET, NSET=a\nb\n", ":14: set: `b` is used here but never defined"),
             ("*NSET, NSET=a\n1.5\n", ":14: *NSET: `1.5` is neither"),
             ("*NGEN\n1, 3\n", ":13: keyword: `*NGEN` makes or moves"),
             ("*SURFACE, NAME=p\n1, S7\n", ":14: *SURFACE: `1, S7` is not"),
@@ -479,7 +479,7 @@ mod tests {
             ("*INCLUDE, INPUT=m.inp\n", "includes itself"),
         ] {
             let error = parse(&format!("{NODES}{more}")).unwrap_err();
-            assert!(error.contains(expected), "{error}\nshould say: {expected}");
+            assert!(error.contains(expected), "{error}\nshould contain: {expected}");
         }
         assert!(parse("1, 2\n").unwrap_err().contains("no keyword"));
     }

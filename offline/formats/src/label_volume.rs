@@ -1,4 +1,4 @@
-//! Voxels with labels, as they come from a file.
+//! Voxels with labels, as a file stores them.
 
 use std::collections::BTreeMap;
 
@@ -30,7 +30,7 @@ impl LabelVolume {
         self.steps_mm.map(|s| s.norm())
     }
 
-    /// How many voxels each label has.
+    /// Number of voxels of each label.
     pub fn counts(&self) -> BTreeMap<u16, usize> {
         let mut table = vec![0usize; usize::from(u16::MAX) + 1];
         self.labels.iter().for_each(|l| table[usize::from(*l)] += 1);

@@ -1,11 +1,11 @@
 //! Files in and out, as plain arrays: atomic writes, columns of numbers, Abaqus/CalculiX `.inp`, Gmsh `.msh`, VTU,
 //! label volumes (NRRD, NIfTI), height fields (CSV, NRRD).
 //!
-//! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers;
-//! [`ColumnNames`]: with names and units of its own; [`dialect`]: separators and decimals), [`mesh::Mesh`],
-//! [`raw_mesh::RawMesh`] and [`label_volume::LabelVolume`] (what the files hold). Everything is written through
-//! [`atomic_write`], so that nothing half-written is left looking finished. [`units`] checks numbers where they are read.
-//! Knows no physics. May use no other crate of this repository.
+//! Main types: [`Error`] (names file, line and value), [`Columns`] (a CSV file of numbers; [`ColumnNames`]: with names
+//! and units of its own; [`dialect`]: separators and decimals), [`mesh::Mesh`], [`raw_mesh::RawMesh`] and
+//! [`label_volume::LabelVolume`] (contents of the files). Everything is written through [`atomic_write`], so that no
+//! partial file has the final name. [`units`] checks numbers where they are read. Contains no physics. May use no other
+//! crate of this repository.
 
 mod atomic;
 mod column_names;

@@ -9,12 +9,12 @@ use nalgebra::Vector3;
 
 use super::{REGIONS, region_index};
 
-/// What a piece of the finger is made of.
+/// Material of a piece of the finger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Region {
     /// Superficial layer, stiff.
     Skin,
-    /// Soft layer between skin and bone; also what fills the joint gap.
+    /// Soft layer between skin and bone; also the tissue in the joint gap.
     Subcutaneous,
     /// Distal phalanx.
     DistalBone,

@@ -30,12 +30,13 @@ struct Block<'a> {
 
 /// Writes the mesh, whole or not at all.
 ///
-/// Errors: a node index beyond the nodes, or a set name with a quote; disk errors carry the path.
+/// # Errors
+/// A node index beyond the nodes, or a set name with a quote; disk errors carry the path.
 pub fn write(file: &Path, mesh: &Mesh) -> Result<(), Error> {
     let problem = |problem| Error::Content { path: file.to_path_buf(), problem };
     let mut names = mesh.node_sets.keys().chain(&mesh.soft_regions);
     if let Some(name) = names.find(|name| name.contains(['"', '\n'])) {
-        return Err(problem(format!("set `{name}`: a quote or line break cannot stand in a name")));
+        return Err(problem(format!("set `{name}`: a quote or line break is not allowed in a name")));
     }
     let blocks = blocks(mesh);
     let used = blocks.iter().flat_map(|b| &b.elements).flat_map(|(_, nodes)| nodes.iter());
@@ -125,7 +126,7 @@ fn write_entities(w: &mut dyn Write, mesh: &Mesh, blocks: &[Block]) -> std::io::
 }
 
 fn write_nodes(w: &mut dyn Write, mesh: &Mesh, blocks: &[Block]) -> std::io::Result<()> {
-    // Each node stands once, on the first volume that uses it; nodes of no element on the first entity.
+    // Each node occurs once, on the first volume that uses it; nodes of no element on the first entity.
     let fallback = blocks.first().map_or((3, 1), |b| (b.dim, b.entity));
     let mut home = vec![None; mesh.nodes.len()];
     for block in blocks.iter().filter(|b| b.dim == 3) {

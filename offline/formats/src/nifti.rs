@@ -43,7 +43,7 @@ pub fn read(path: &Path) -> Result<LabelVolume, Error> {
     Ok(LabelVolume { size, steps_mm, labels })
 }
 
-/// The voxels' values, scaled as the header says.
+/// The voxels' values, scaled by the header's factors.
 fn values(volume: InMemNiftiVolume, header: &NiftiHeader) -> Result<Vec<f64>, String> {
     fn typed<T: DataElement + Copy>(volume: InMemNiftiVolume, number: fn(T) -> f64) -> Result<Vec<f64>, NiftiError> {
         Ok(volume.into_nifti_typed_data::<T>()?.into_iter().map(number).collect())
@@ -112,7 +112,7 @@ pub fn write(path: &Path, volume: &LabelVolume) -> Result<(), Error> {
     })
 }
 
-/// The 348 bytes of the header and 4 that say that no extension follows.
+/// The 348 bytes of the header and 4 that mark the absence of an extension.
 fn header(volume: &LabelVolume) -> Vec<u8> {
     let mut h = vec![0; 352];
     let mut put = |at: usize, bytes: &[u8]| h[at..at + bytes.len()].copy_from_slice(bytes);

@@ -44,10 +44,10 @@ fn scalar(name: &str) -> Option<Scalar> {
     })
 }
 
-/// What the header says.
+/// Contents of the header.
 #[derive(Default)]
 struct Header {
-    /// Axes that are wanted: 3, or 2, to which a third of one node is added.
+    /// Number of axes to read: 3, or 2, to which a third of one node is added.
     axes: usize,
     scalar: Option<Scalar>,
     size: Option<[usize; 3]>,
@@ -171,7 +171,7 @@ fn read_header(path: &Path, axes: usize, input: &mut impl BufRead) -> Result<Hea
     }
 }
 
-/// Takes one field into the header; what is wrong with it as the end of a sentence.
+/// Adds one field to the header; an error is the end of a sentence.
 fn set_field(header: &mut Header, field: &str, value: &str) -> Result<(), String> {
     match field {
         "type" => {
@@ -203,7 +203,7 @@ fn set_field(header: &mut Header, field: &str, value: &str) -> Result<(), String
                 "raw" => Encoding::Raw,
                 "gzip" | "gz" => Encoding::Gzip,
                 "ascii" | "text" | "txt" => Encoding::Text,
-                _ => return Err("is not understood; raw, gzip and ascii are".into()),
+                _ => return Err("is not supported; raw, gzip and ascii are".into()),
             });
         }
         "endian" => {
@@ -235,7 +235,7 @@ fn set_field(header: &mut Header, field: &str, value: &str) -> Result<(), String
                     "cm" => 10.0,
                     "m" => 1000.0,
                     "um" | "µm" => 1e-3,
-                    _ => return Err("are not understood; mm, cm, m and um are".into()),
+                    _ => return Err("are not supported; mm, cm, m and um are".into()),
                 },
                 _ => return Err("are not the same unit for every axis".into()),
             };
@@ -346,7 +346,7 @@ mod tests {
             (format!("{HEAD}data file: LIST\n{raw}"), "more than one file"),
         ] {
             let error = parse(&header, &[0; 6]).unwrap_err();
-            assert!(error.contains(expected), "{error}\nshould say: {expected}");
+            assert!(error.contains(expected), "{error}\nshould contain: {expected}");
         }
         assert!(parse(HEAD, &[]).unwrap_err().contains("ends without the blank line"));
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-/// What an element is.
+/// Kind of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RawKind {
     /// 8-node hexahedron, VTK order.
@@ -31,7 +31,7 @@ impl RawKind {
 pub struct RawElement {
     /// Its number in the file.
     pub label: u64,
-    /// What it is.
+    /// Its kind.
     pub kind: RawKind,
     /// Numbers of its nodes.
     pub nodes: Vec<u64>,
@@ -61,7 +61,7 @@ pub struct RawMesh {
     pub surfaces: BTreeMap<String, Vec<Vec<u64>>>,
     /// Constraints.
     pub ties: Vec<RawTie>,
-    /// What the file says and a mesh cannot hold, for a remark.
+    /// Contents of the file that a mesh cannot represent, for a remark.
     pub ignored: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Units in which the columns of a file may stand, and the row below a header that names them.
+//! Units that the columns of a file may have, and the row below a header that names them.
 //!
 //! Main types: [`Unit`], [`UnitCell`]; main functions: [`units_of`], [`find`], [`check_units_row`].
 
@@ -113,7 +113,7 @@ fn quantity(column: &str) -> Option<Quantity> {
     endings.iter().find(|(ending, _)| column.ends_with(ending)).map(|(_, quantity)| *quantity)
 }
 
-/// Units that a column may stand in, the program's first; none for a column without a unit.
+/// Units that a column may have, the program's first; none for a column without a unit.
 pub fn units_of(column: &str) -> impl Iterator<Item = &'static Unit> {
     let quantity = quantity(column);
     UNITS.iter().filter(move |u| Some(u.of) == quantity)
@@ -122,7 +122,7 @@ pub fn units_of(column: &str) -> impl Iterator<Item = &'static Unit> {
 /// The unit of a column under one of its spellings.
 ///
 /// # Errors
-/// What the column's units are; empty where it has none.
+/// The column's units; empty if it has none.
 pub fn find(column: &str, name: &str) -> Result<Unit, Vec<&'static str>> {
     let name = SPELLINGS.iter().find(|(other, _)| *other == name).map_or(name, |(_, ours)| ours);
     units_of(column).find(|u| u.name == name).copied().ok_or_else(|| units_of(column).map(|u| u.name).collect())
@@ -132,17 +132,17 @@ pub fn find(column: &str, name: &str) -> Result<Unit, Vec<&'static str>> {
 pub struct UnitCell<'a> {
     /// The program's name of the column.
     pub column: &'a str,
-    /// Its name in `--unit`; empty where the command has no such option.
+    /// Its name in `--unit`; empty if the command has no such option.
     pub key: &'a str,
-    /// Unit in which the column's values are read; empty where it has none.
+    /// Unit in which the column's values are read; empty if it has none.
     pub unit: &'a str,
     /// The cell.
     pub text: &'a str,
 }
 
 impl UnitCell<'_> {
-    /// The unit that the cell names, without brackets; `None` where it names none.
-    fn said(&self) -> Option<&str> {
+    /// The unit that the cell names, without brackets; `None` without one.
+    fn text(&self) -> Option<&str> {
         let bare = self.text.trim().trim_matches(['[', ']', '(', ')', '{', '}']).trim();
         (!matches!(bare, "" | "-" | "–" | "1" | "#" | "none" | "unit" | "units")).then_some(bare)
     }
@@ -151,19 +151,19 @@ impl UnitCell<'_> {
 /// Whether the first row below a header names units: none of its cells that ought to be numbers is one.
 pub fn is_units_row(cells: &[UnitCell<'_>]) -> bool {
     let is_number = |c: &UnitCell<'_>| c.text.replace(',', ".").parse::<f64>().is_ok();
-    cells.iter().any(|c| c.said().is_some()) && !cells.iter().any(is_number)
+    cells.iter().any(|c| c.text().is_some()) && !cells.iter().any(is_number)
 }
 
 /// Compares a row of units with the units in which the columns are read.
 ///
 /// # Errors
-/// Place of the first cell that contradicts, and what is wrong as the end of a sentence; it names the option that helps.
+/// Place of the first cell that contradicts, and the defect as the end of a sentence, with the option that helps.
 pub fn check_units_row(cells: &[UnitCell<'_>]) -> Result<(), (usize, String)> {
     let mut others: Vec<(usize, String)> = Vec::new();
     for (place, cell) in cells.iter().enumerate() {
-        let Some(said) = cell.said() else { continue };
-        let known = find(cell.column, said);
-        if said == cell.unit || known.as_ref().is_ok_and(|u| u.name == cell.unit) {
+        let Some(text) = cell.text() else { continue };
+        let known = find(cell.column, text);
+        if text == cell.unit || known.as_ref().is_ok_and(|u| u.name == cell.unit) {
             continue;
         }
         match known {

@@ -1,5 +1,5 @@
-//! Numbers at the door: every value read from a file is checked where it is read, so that the message can
-//! name the line. Units are mm, N, s, MPa throughout; names of keys, flags and columns end in their unit.
+//! Checks of numbers while they are read from a file, so that the message can name the line. Units are mm, N, s, MPa
+//! throughout; names of keys, flags and columns end in their unit.
 
 use serde::{Deserialize, Deserializer, de::Error};
 

@@ -8,7 +8,7 @@ use super::{Error, nifti, nrrd};
 use crate::label_volume::LabelVolume;
 use crate::significant;
 
-/// What is understood, for messages.
+/// Accepted endings, for messages.
 const ENDINGS: &str = ".nrrd, .nhdr, .nii or .nii.gz";
 
 enum Format {
@@ -50,7 +50,7 @@ pub fn write(path: &Path, volume: &LabelVolume) -> Result<(), Error> {
     }
 }
 
-/// Refuses a name whose ending is none of a label volume's, before the work of making one.
+/// Refuses a name with an ending that no label volume has, before the work of making one.
 ///
 /// # Errors
 /// [`Error::Content`] with the endings understood.
@@ -82,7 +82,7 @@ pub(super) fn labels(values: impl Iterator<Item = f64>, size: [usize; 3]) -> Res
     values.enumerate().map(label).collect()
 }
 
-/// Refuses voxel steps that are no numbers, have no length or are not at right angles (to 0.1°).
+/// Refuses voxel steps that are not finite, have no length or are not at right angles (to 0.1°).
 pub(super) fn check_steps(steps_mm: &[Vector3<f64>; 3]) -> Result<(), String> {
     for (axis, step) in steps_mm.iter().enumerate() {
         let length = step.norm();
@@ -97,7 +97,7 @@ pub(super) fn check_steps(steps_mm: &[Vector3<f64>; 3]) -> Result<(), String> {
         let angle_deg = steps_mm[a].angle(&steps_mm[b]).to_degrees();
         if !((angle_deg - 90.0).abs() < 0.1) {
             return Err(format!(
-                "axes {a} and {b} of the voxels stand at {angle_deg:.2}°: sheared (gantry-tilted) volumes have to be \
+                "axes {a} and {b} of the voxels are at {angle_deg:.2}°: sheared (gantry-tilted) volumes have to be \
                  resampled to right angles first; a rotated volume is fine"
             ));
         }

@@ -103,7 +103,8 @@ pub fn regions(mesh: &Mesh) -> Field {
 
 /// Writes a grid with its fields, whole or not at all.
 ///
-/// Errors: a field whose length does not fit the grid; disk errors carry the path.
+/// # Errors
+/// A field whose length does not fit the grid; disk errors carry the path.
 pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Result<(), Error> {
     let (points, cells) = (grid.points.len(), grid.types.len());
     let fields = [(points, "points", &point), (cells, "cells", &cell)];
@@ -143,7 +144,7 @@ pub fn write(file: &Path, grid: Grid, point: Vec<Field>, cell: Vec<Field>) -> Re
 /// Where a grid begins in a file.
 const GRID_OPENS: &str = "<UnstructuredGrid>";
 
-/// Numbers as VTK's field data, which the crate that writes the rest does not know. Words would be refused by meshio.
+/// Numbers as VTK's field data, which the `vtkio` crate does not write. Words would be refused by meshio.
 fn field_data(numbers: &[(String, usize)]) -> String {
     let array = |(name, number): &(String, usize)| {
         format!("<DataArray type=\"Int32\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{number}</DataArray>")

@@ -1,4 +1,5 @@
-//! A process that ends in the middle of a write leaves nothing behind. Alone in its file: it discards the writes of the whole process.
+//! A process that ends in the middle of a write leaves no file. Alone in its file: it discards the writes of the whole
+//! process.
 
 use std::fs;
 use std::path::Path;

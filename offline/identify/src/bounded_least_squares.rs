@@ -52,7 +52,7 @@ pub trait Model {
     fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError>;
 }
 
-/// Size of the residuals that stand for a failed evaluation.
+/// Size of the residuals of a failed evaluation.
 const TURNED_BACK: f64 = 1e3;
 
 /// The model's variables as sines of unbounded angles; counts evaluations and keeps the model's failure.

@@ -9,7 +9,7 @@ use super::{
     outcome::{FingerOutcome, FittedParameter},
 };
 
-/// The fit of a stage: `published` fits nothing, `calibration` compares what is set, others the slide.
+/// The fit of a stage: `published` fits nothing, `calibration` compares the given parameters, others the slide.
 pub fn finger_fit<'a, 'r>(
     stage: &'static str,
     evaluator: &'a Evaluator<'a>,
@@ -87,7 +87,7 @@ fn finger_outcome(fit: &mut FingerFit, evaluator: &Evaluator, table: &Table) -> 
     let rms = |residuals: &[f64]| (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
     let rms_before = rms(&fit.residuals(&before)?);
     let (point, solution): (FitPoint, Solution) = fit.run()?;
-    // The stated errors weigh; how large they are is taken from the misfit where that is larger.
+    // The stated errors are the weights; their size is taken from the misfit if that is larger.
     let freedom = solution.residuals.len().saturating_sub(solution.values.len());
     let sum: f64 = solution.residuals.iter().map(|r| r * r).sum();
     let variance = if freedom > 0 { (sum / freedom as f64).max(1.0) } else { 1.0 };

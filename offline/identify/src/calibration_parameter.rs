@@ -22,7 +22,7 @@ pub enum CalibrationParameter {
     HalfWidthMm,
     /// Pad size: half thickness, mm.
     HalfThicknessMm,
-    /// Bone clearance: how far the bone's axis lies dorsal of the shaft's, mm.
+    /// Bone clearance: dorsal offset of the bone's axis from the shaft's, mm.
     BoneDorsalOffsetMm,
     /// Bone clearance at the tip, mm.
     BoneDistalClearanceMm,
@@ -89,7 +89,7 @@ impl CalibrationParameter {
         }
     }
 
-    /// Values that a finger can have at all: bounds of a fit must lie within.
+    /// Possible values for a finger: bounds of a fit must lie within.
     pub fn limits(self) -> [f64; 2] {
         match self {
             Self::Stiffness => [0.01, 100.0],

@@ -56,8 +56,8 @@ pub fn linear(jacobian: &[Vec<f64>], variance: f64) -> Linear {
     let svd = scaled.svd(false, true);
     let largest = svd.singular_values.max();
     let conditioning = if m < n { 0.0 } else { svd.singular_values.min() / largest };
-    let rows = svd.v_t.expect("asked for");
-    // Flat directions stand in the correlation as all but infinite; errors are those along the others.
+    let rows = svd.v_t.expect("requested");
+    // Flat directions enter the correlation as nearly infinite; errors are those along the others.
     let mut covariance = DMatrix::zeros(n, n);
     let mut variances = vec![0.0f64; n];
     let mut is_flat = vec![m < n; n];
@@ -168,7 +168,7 @@ pub struct Map {
     pub tau_ref_kpa: Vec<f64>,
     /// Exponent, rising.
     pub beta: Vec<f64>,
-    /// Growth of the sum of squares over what the region allows, shape (beta, tau_ref): the region is where <= 1.
+    /// Growth of the sum of squares over the region's bound, shape (beta, tau_ref): the region is where <= 1.
     pub growth: Vec<Vec<f64>>,
 }
 

@@ -31,7 +31,7 @@ pub fn searches(
         let mut lines = progress.lock().expect("no panic while locked");
         lines.insert(start, text.to_owned());
         let all: Vec<&str> = lines.values().map(String::as_str).collect();
-        (hooks.tell)("simplex", &all.join(" | "));
+        (hooks.report_progress)("simplex", &all.join(" | "));
     };
     let mut fingers: Vec<FeFriction> = fe_models.iter_mut().map(|fe_model| fe.beside(fe_model)).collect();
     std::thread::scope(|scope| {
@@ -69,8 +69,8 @@ fn paper(
     })
 }
 
-/// A search from `start` in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere, on a finger
-/// beside that of `fe`, whose own states stay as they are.
+/// A search from `start` in ln(strength at 5 kPa) and beta, where a tolerance means the same everywhere. It runs on a
+/// finger of its own, so that the states of `fe` are unchanged.
 ///
 /// # Errors
 /// [`IdentifyError`] that is not local to a law, or [`IdentifyError::Fit`] if there is no slide at the start.
@@ -98,7 +98,7 @@ pub fn continued(
         if let Ok(value) = found {
             let (strength, beta) = (law.tau_ref_kpa, law.beta);
             let text = format!("{count} evaluations, strength {strength:.4} kPa, beta {beta:.4}, {value:.3e}");
-            (hooks.tell)(name, &text);
+            (hooks.report_progress)(name, &text);
         }
         Ok(found)
     })?;

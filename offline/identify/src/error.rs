@@ -9,7 +9,7 @@ use fingerpad_fe::solve::SolveError;
 /// Why an identification has no result.
 #[derive(Debug, thiserror::Error)]
 pub enum IdentifyError {
-    /// The table does not suffice for what is asked of it.
+    /// The table does not suffice for the request.
     #[error("{0}")]
     Table(String),
     /// A setting that cannot be.
@@ -40,7 +40,7 @@ pub enum IdentifyError {
     BesidePad {
         /// Depth, mm.
         depth_mm: f64,
-        /// How far the skin is behind the plane, mm.
+        /// Depth of the skin behind the plane, mm.
         below_mm: f64,
     },
     /// A fit ended without a minimum.
@@ -72,7 +72,7 @@ pub enum IdentifyError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The caller asked to stop; finished states are kept.
+    /// The caller requested the end; finished states are kept.
     #[error("interrupted")]
     Interrupted,
 }

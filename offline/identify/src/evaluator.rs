@@ -29,7 +29,7 @@ pub struct Hooks<'a> {
     /// False interrupts the run; called before every equilibrium.
     pub go_on: &'a (dyn Fn() -> bool + Sync),
     /// Receives progress: the stage's name, and a line about it.
-    pub tell: &'a (dyn Fn(&str, &str) + Sync),
+    pub report_progress: &'a (dyn Fn(&str, &str) + Sync),
 }
 
 /// A steady slide to be evaluated.
@@ -71,14 +71,14 @@ impl Query {
 /// A slot with the slides to be evaluated there, one after the other.
 type SlotQueries = (usize, Vec<Query>);
 
-/// What is done about a slide that is not found.
+/// Treatment of a slide that is not found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
     /// Everything is tried, and a failure is the evaluation's.
     Fails,
     /// Everything is tried, and the slide is left out.
     Sought,
-    /// It is left out where the way from a slide that is known is hard.
+    /// It is left out if the move from a known slide is difficult.
     LeftOut,
 }
 
@@ -142,8 +142,8 @@ impl<'a> Evaluator<'a> {
         Ok(Finger::new(tip.with_pad_for(&[Matrix3::identity()], height_mm), &self.config.tissue)?)
     }
 
-    /// The deepest press of a table's depths under all settings, mm: with the largest offset that a calibration may add and
-    /// some errors of a depth; as deep as the shape's pad allows where F/N is wanted over a range of forces.
+    /// The deepest press of a table's depths under all settings, mm: with the largest offset of a calibration and
+    /// several standard errors of a depth; as deep as the shape's pad allows if F/N is computed over a range of forces.
     pub fn deepest_mm(&self, depths_mm: &[f64]) -> f64 {
         if self.settings.prediction.curve {
             return f64::INFINITY;
@@ -178,7 +178,7 @@ impl<'a> Evaluator<'a> {
         queries: &[(usize, Vec<Query>)],
     ) -> Result<Vec<Vec<Steady>>, IdentifyError> {
         let key = self.key(shape);
-        if let Some(known) = self.remembered(&key, queries) {
+        if let Some(known) = self.cached(&key, queries) {
             return Ok(known);
         }
         let deepest_mm = queries.iter().flat_map(|(_, list)| list).map(|q| q.depth_mm).fold(0.0, f64::max);
@@ -195,12 +195,12 @@ impl<'a> Evaluator<'a> {
         Ok(steady)
     }
 
-    fn remembered(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
+    fn cached(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
         queries.iter().map(|(_, list)| list.iter().map(|q| self.cache.get(&key_of(&(finger, q)))).collect()).collect()
     }
 }
 
-/// Finite-element model of one finger, with a slide per slot (a slot is a depth, or stays near one).
+/// Finite-element model of one finger, with a slide per slot (a slot is a depth, or a sequence of nearby ones).
 pub struct FeModel<'a> {
     evaluator: &'a Evaluator<'a>,
     shape: FingertipShape,
@@ -225,8 +225,8 @@ impl<'a> FeModel<'a> {
         }
     }
 
-    /// Another model of this finger for a search beside others. It starts from the present equilibria, whatever others
-    /// do until then, and changes no other model's start.
+    /// Another model of this finger for a concurrent search. It starts from the present equilibria, independently of
+    /// other models, and changes no other model's start.
     pub fn beside(&self) -> Self {
         let from = Some(self.evaluator.starts.lock().expect("no panic while locked").clone());
         Self { shape: self.shape.clone(), sliders: BTreeMap::new(), from, ..*self }
@@ -249,7 +249,7 @@ impl<'a> FeModel<'a> {
             .collect())
     }
 
-    /// Steady slides as [`Self::steady`] gives them; none where there is no slide and `missing` leaves it out.
+    /// Steady slides as [`Self::steady`] gives them; none if there is no slide and `missing` leaves it out.
     ///
     /// # Errors
     /// [`IdentifyError`] of the first slide that fails, unless it is left out.
@@ -258,7 +258,7 @@ impl<'a> FeModel<'a> {
         queries: &[(usize, Vec<Query>)],
         missing: Missing,
     ) -> Result<Vec<Vec<Option<Steady>>>, IdentifyError> {
-        if let Some(known) = self.evaluator.remembered(&self.key, queries) {
+        if let Some(known) = self.evaluator.cached(&self.key, queries) {
             return Ok(known.into_iter().map(|list| list.into_iter().map(Some).collect()).collect());
         }
         self.put_on_the_plane(queries)?;
@@ -268,7 +268,7 @@ impl<'a> FeModel<'a> {
             .enumerate()
             .map(|(k, item)| (k, item, self.sliders.remove(&item.0).expect("put there just now"), Vec::new()))
             .collect();
-        // What took long so far takes long again; the deepest before any has run.
+        // The slides that took longest so far first; the deepest first before any has run.
         work.sort_by_key(|(k, _, slider, _)| std::cmp::Reverse((slider.effort.iterations, *k)));
         let result = evaluator.pool.install(|| {
             work.par_iter_mut().with_max_len(1).try_for_each(|(_, (slot, list), slider, out)| {
@@ -303,7 +303,7 @@ impl<'a> FeModel<'a> {
         result.map(|()| states)
     }
 
-    /// A slider in contact for every slot: where the slot's last finger stood, else by a press without friction.
+    /// A slider in contact for every slot: at the slot's previous state, else by a press without friction.
     fn put_on_the_plane(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<(), IdentifyError> {
         let evaluator = self.evaluator;
         let mut cold: Vec<(usize, Place)> = Vec::new();
@@ -340,8 +340,8 @@ impl<'a> FeModel<'a> {
     }
 }
 
-/// Moves the slider to a place; if the move from its last equilibrium fails, it lifts off and presses anew, unless the place
-/// may be left out.
+/// Moves the slider to a place. If the move from its last equilibrium fails, it lifts off and presses again, unless the
+/// place may be left out.
 fn go(slider: &mut Slider, to: Place, missing: Missing) -> Result<Steady, IdentifyError> {
     if missing == Missing::LeftOut {
         return slider.go(to, Limits::Shun);

@@ -42,8 +42,8 @@ impl FeFriction<'_, '_> {
         Ok(self.fe_model.steady(&queries)?.into_iter().flatten().collect())
     }
 
-    /// F/N per depth under every law; none where a depth has no slide, which is sought as `missing` says. No depth waits for
-    /// another one between two laws.
+    /// F/N per depth under every law; none for a depth without a slide, which is treated by `missing`. Between two
+    /// laws, no depth waits for another one.
     ///
     /// # Errors
     /// [`IdentifyError`] if it is not of one slide.
@@ -69,7 +69,8 @@ impl surrogate::FrictionModel for FeFriction<'_, '_> {
 
     /// No depth waits for another one between two laws.
     fn prepare(&mut self, laws: &[LawPoint]) {
-        // States that are found stay in the cache; a slide that failed fails again, and is reported, when it is asked for.
+        // Found states are in the cache; a slide that failed fails again when its value is computed, and is reported
+        // there.
         let _ = self.fe_model.steady(&self.queries(laws));
     }
 }

@@ -24,7 +24,7 @@ pub struct Errors {
 pub struct FingerFit<'a, 'r> {
     /// Fingers.
     pub evaluator: &'a Evaluator<'a>,
-    /// The finger of the start's shape; other shapes are made as they are asked for.
+    /// The finger of the start's shape; other shapes are made when first needed.
     pub fe_model: &'a mut FeModel<'r>,
     /// Measured.
     pub table: &'a Table,
@@ -63,7 +63,7 @@ pub struct FitPoint {
 
 impl<'a, 'r> FingerFit<'a, 'r> {
     /// A fit under the name `stage`.
-    #[expect(clippy::too_many_arguments, reason = "what it fits, to what, how")]
+    #[expect(clippy::too_many_arguments, reason = "parameters, data and settings of the fit")]
     pub fn new(
         stage: &'static str,
         evaluator: &'a Evaluator<'a>,
@@ -148,7 +148,7 @@ impl<'a, 'r> FingerFit<'a, 'r> {
         (names, self.variables().iter().map(|v| v.bounds).collect())
     }
 
-    /// Finger, law and depth errors that the variables stand for.
+    /// Finger, law and depth errors given by the variables.
     pub fn point(&self, x: &[f64]) -> FitPoint {
         let (parameters, rest) = x.split_at(self.vary.len());
         let finger = self.vary.iter().zip(parameters).fold(self.finger.clone(), |f, (p, v)| f.with(p.name, *v));
@@ -267,11 +267,14 @@ impl Model for FingerFit<'_, '_> {
         }
         self.count += 1;
         let norm = out.iter().map(|r| r * r).sum::<f64>().sqrt();
-        (self.evaluator.hooks.tell)(self.stage, &format!("{} evaluations, residual {norm:.3} at {x:.3?}", self.count));
+        (self.evaluator.hooks.report_progress)(
+            self.stage,
+            &format!("{} evaluations, residual {norm:.3} at {x:.3?}", self.count),
+        );
         Ok(out)
     }
 
-    /// Differences; what they are worth changes little over half a step, so that they are not taken again there.
+    /// Differences. Their values change little over half a step, so that they are not computed again there.
     fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
         if let Some((at, columns)) = &self.differentiated
             && at.iter().zip(x).zip(self.steps()).all(|((a, b), step)| (a - b).abs() <= 0.5 * step)

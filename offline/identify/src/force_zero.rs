@@ -1,4 +1,5 @@
-//! The exponent against the zero of the normal force: what a sensor that does not read zero in the air does to beta.
+//! The exponent against the zero of the normal force: the effect on beta of a sensor that does not read zero in the
+//! air.
 
 use fingerpad_fe::Rounded;
 
@@ -16,7 +17,7 @@ const SHARES: [f64; 7] = [-0.75, -0.6, -0.45, -0.3, -0.15, 0.0, 0.15];
 /// The table without a zero of the normal force: load less the zero, friction as it was.
 ///
 /// # Errors
-/// [`IdentifyError::Table`] where nothing of a load is left.
+/// [`IdentifyError::Table`] if the zero exceeds a load.
 pub fn without_zero(table: &Table, normal_force_offset_n: f64) -> Result<Table, IdentifyError> {
     let take = |p: &Point| {
         let normal_force_n = p.normal_force_n - normal_force_offset_n;
@@ -49,7 +50,7 @@ pub fn against_force_zero(
     let mut points = Vec::new();
     for share in SHARES {
         let zero_n = share * least;
-        (evaluator.hooks.tell)("force zero", &format!("{:+.1} mN", 1e3 * zero_n));
+        (evaluator.hooks.report_progress)("force zero", &format!("{:+.1} mN", 1e3 * zero_n));
         match at_zero(evaluator, fe_model, table, given, zero_n) {
             Ok(point) => points.push(point),
             Err(error) if error.is_local() => {}
@@ -160,8 +161,8 @@ mod tests {
             assert!((b.normal_force_n - a.normal_force_n - 0.054).abs() < 1e-12);
             assert!((b.friction_n() - a.friction_n()).abs() < 1e-12);
         }
-        let told = without_zero(&table, 0.15).unwrap_err().to_string();
-        assert!(told.contains("0.12 N at 0.75 mm"), "{told}");
+        let message = without_zero(&table, 0.15).unwrap_err().to_string();
+        assert!(message.contains("0.12 N at 0.75 mm"), "{message}");
     }
 
     #[test]

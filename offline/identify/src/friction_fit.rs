@@ -227,13 +227,13 @@ pub fn space_mapping(
         if moved(&next) < tolerance {
             return Ok((path, found));
         }
-        // The pressure of one law says little of a far one.
+        // The pressure of one law is no estimate for a far one.
         let share = LONGEST / moved(&next);
         if share < 1.0 {
             let y = next.coordinates(target.free_tau0);
             next = next.at(&x.iter().zip(&y).map(|(a, b)| a + share * (b - a)).collect::<Vec<_>>());
         }
-        // Where the finite elements cannot follow, half of the way.
+        // If the finite elements find no slide, half of the step.
         loop {
             match states(&next) {
                 Ok(states) => {

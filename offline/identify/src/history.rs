@@ -55,7 +55,7 @@ impl History {
         Some((near.place, near.configuration.clone(), distance(&near.at, to)))
     }
 
-    /// Configuration interpolated at a place, and whether more than one equilibrium went into it.
+    /// Configuration interpolated at a place, and whether it comes from more than one equilibrium.
     pub fn predict(&self, body: &Body, to: &[f64; 3]) -> Option<(Configuration, bool)> {
         let (near, weights, _) = self.weights(to)?;
         let first = &near.first()?.configuration;
@@ -73,10 +73,10 @@ impl History {
         Some((guess, near.len() > 1))
     }
 
-    /// The nearest states, their weights (sum 1) in a prediction of a place, and the error to be expected, in steps.
+    /// The nearest states, their weights (sum 1) in a prediction of a place, and the expected error, in steps.
     ///
-    /// The mixture of places should be the place wanted, and far states, whose mixture errs by the square of their
-    /// distance, should count little: least |sum w dz|² + sum w² |dz|⁴.
+    /// The weighted mean of the places should be the requested place, and far states, whose interpolation error grows
+    /// with the square of their distance, should have little weight: least |sum w dz|² + sum w² |dz|⁴.
     fn weights(&self, to: &[f64; 3]) -> Option<(Vec<&Known>, DVector<f64>, f64)> {
         let mut near: Vec<&Known> = self.states.iter().collect();
         near.sort_by(|a, b| distance(&a.at, to).total_cmp(&distance(&b.at, to)));

@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 use super::IdentifyError;
 use fingerpad_fe::contact::RubberFriction;
 
-/// Pressure at which strengths are compared, MPa: the middle of what a lightly pressed finger bears.
+/// Pressure at which strengths are compared, MPa: a middle value under a lightly pressed finger.
 pub const REFERENCE_MPA: f64 = 0.005;
 
 /// Steepest onset of a law, strength over pressure: that of the published constants, regularised below 0.1 kPa, is 19.
 pub const STEEPEST_ONSET: f64 = 20.0;
 
-/// Constants of a law: strength at 5 kPa, exponent, and how much of that strength does not depend on pressure.
+/// Constants of a law: strength at 5 kPa, exponent, and the share of that strength that does not depend on pressure.
 ///
 /// lambda's unit depends on beta, so the pair (lambda, beta) is strongly correlated; this one hardly is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,9 +44,9 @@ impl LawPoint {
     ///
     /// A contact point that hardly touches and yet is dragged strongly along is lifted off the plane by its own
     /// friction: where strength over pressure at the onset, `(2 - beta) lambda p^(beta - 1)`, is large, points of the
-    /// rim neither stay nor leave, and there is no steady slide. It is therefore at most 20, which
-    /// leaves the published constants as they are; with 7 kPa at 5 kPa the regular pressure is 0.4 kPa for beta = 0.2,
-    /// 0.7 kPa for 0 and 1.2 kPa for -0.3.
+    /// rim can neither touch nor open, and there is no steady slide. It is therefore at most 20, which does not change
+    /// the law of the published constants; with 7 kPa at 5 kPa the regular pressure is 0.4 kPa for beta = 0.2, 0.7 kPa
+    /// for 0 and 1.2 kPa for -0.3.
     pub fn regular_pressure_mpa(&self, usual_mpa: f64) -> f64 {
         let at_reference = 1e-3 * self.tau_ref_kpa * (1.0 - self.tau0_share) / REFERENCE_MPA;
         let onset = |p: f64| (2.0 - self.beta) * at_reference * (p / REFERENCE_MPA).powf(self.beta - 1.0);
@@ -70,7 +70,7 @@ impl LawPoint {
         x
     }
 
-    /// The law at these coordinates; without a third one tau_0's share stays.
+    /// The law at these coordinates; without a third one tau_0's share is unchanged.
     pub fn at(&self, x: &[f64]) -> Self {
         Self { tau_ref_kpa: x[0].exp(), beta: x[1], tau0_share: x.get(2).copied().unwrap_or(self.tau0_share) }
     }

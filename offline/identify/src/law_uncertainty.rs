@@ -33,7 +33,7 @@ const FARTHEST: [f64; 2] = [0.4, 0.5];
 
 /// Eight laws around one, at `radius` standard errors; those outside `region` are left out.
 ///
-/// Where standard errors are so large that a surrogate would have to reach too far, the ring is drawn closer.
+/// If standard errors are so large that a surrogate would have to reach too far, the ring is smaller.
 pub fn ring(law: &LawPoint, errors: &Linear, radius: f64, region: &Region) -> Vec<LawPoint> {
     let correlation = errors.correlation[0][1].clamp(-0.9999, 0.9999);
     let [a, b] = [errors.standard_errors[0], errors.standard_errors[1]].map(|e| if e.is_finite() { e } else { 1e3 });
@@ -53,7 +53,7 @@ pub fn ring(law: &LawPoint, errors: &Linear, radius: f64, region: &Region) -> Ve
 /// * `surrogate`: aligned at the law; corrected here to the finite elements around it
 ///
 /// # Errors
-/// [`IdentifyError`] of a fit, or of the finite elements where it is not of one law.
+/// [`IdentifyError`] of a fit, or an error of the finite elements that is not of one law.
 pub fn law_uncertainty(
     fit: &LawFit,
     settings: &Settings,
@@ -170,7 +170,7 @@ fn constant(k: usize, law: &LawPoint, target: &Target, errors: &Linear, interval
     }
 }
 
-/// Sentences about what the table leaves open.
+/// Sentences about constants that the table does not determine.
 fn remarks(constants: &[Constant], target: &Target, has_freedom: bool, mesh_preset: MeshPreset) -> Vec<String> {
     let at_bound = constants.iter().filter_map(|c| at_bound_remark(c, mesh_preset));
     let open = constants.iter().filter_map(|c| remark(&c.name, c.interval.as_ref()?));
@@ -187,13 +187,13 @@ fn at_bound_remark(constant: &Constant, mesh_preset: MeshPreset) -> Option<Strin
     let space = if unit.is_empty() { "" } else { " " };
     let advice = match mesh_preset {
         MeshPreset::Coarse => {
-            " The coarse mesh is for trying out: its F/N jumps where contact points come and go. Identify on the \
+            " The coarse mesh is for trying out: its F/N jumps where contact points touch or open. Identify on the \
              default mesh (leave out --mesh-preset coarse)."
         }
         _ => "",
     };
     Some(format!(
-        "{} = {:.4}{space}{unit} stands at the bound {bound:.4}{space}{unit} of its search region: the bound, not the table, \
+        "{} = {:.4}{space}{unit} is at the bound {bound:.4}{space}{unit} of its search region: the bound, not the table, \
          determines it.{advice}",
         constant.name, constant.value
     ))
@@ -201,7 +201,7 @@ fn at_bound_remark(constant: &Constant, mesh_preset: MeshPreset) -> Option<Strin
 
 fn remark(name: &str, interval: &Interval) -> Option<String> {
     if interval.is_flat() {
-        return Some(format!("The table says nothing of {name}: no value in the search region is excluded."));
+        return Some(format!("The table does not bound {name}: no value in the search region is excluded."));
     }
     let side = if interval.bounded[0] { "above" } else { "below" };
     (interval.bounded != [true, true])
@@ -217,7 +217,7 @@ fn map_range(constant: &Constant, settings: &Settings, k: usize) -> [f64; 2] {
     })
 }
 
-/// The errors, or those of unit variance where the misfit gives no variance: correlations do not depend on it.
+/// The errors, or those of unit variance if the misfit gives no variance: correlations do not depend on it.
 fn scaled_errors(errors: &Linear, solution: &Solution, growth: Option<&Growth>) -> Linear {
     if growth.is_some_and(|g| g.variance > 0.0) { errors.clone() } else { linear(&solution.jacobian, 1.0) }
 }
@@ -231,8 +231,8 @@ fn correlation_of_lambda(errors: &Linear) -> Option<f64> {
     Some((correlation * a * b - lever * b * b) / (lambda_error * b)).filter(|r| r.is_finite())
 }
 
-/// Largest difference of the surrogate from finite elements at every law, % of F/N; none where no slide is near those that are
-/// known. These laws check what was found and change nothing of it.
+/// Largest difference of the surrogate from finite elements at every law, % of F/N; none if no slide is near the
+/// known ones. These laws check the result and do not change it.
 fn checked(
     aligned: &mut AlignedSurrogate,
     fe: &mut FeFriction,
@@ -295,13 +295,13 @@ mod tests {
             let constants = [0, 1].map(|k| constant(k, &law, &target, &errors, None));
             (constants[1].at_bound, remarks(&constants, &target, true, mesh_preset))
         };
-        let (bound, said) = remarks_at(-0.9994, MeshPreset::Coarse);
-        assert_eq!((bound, said.len()), (Some(-1.0), 1), "{said:?}");
+        let (bound, printed) = remarks_at(-0.9994, MeshPreset::Coarse);
+        assert_eq!((bound, printed.len()), (Some(-1.0), 1), "{printed:?}");
         for part in ["beta = -0.9994", "bound -1.0000", "default mesh"] {
-            assert!(said[0].contains(part), "no `{part}` in {said:?}");
+            assert!(printed[0].contains(part), "no `{part}` in {printed:?}");
         }
-        let (bound, said) = remarks_at(1.4999, MeshPreset::Default);
-        assert_eq!((bound, said[0].contains("mesh")), (Some(1.5), false), "{said:?}");
+        let (bound, printed) = remarks_at(1.4999, MeshPreset::Default);
+        assert_eq!((bound, printed[0].contains("mesh")), (Some(1.5), false), "{printed:?}");
         assert_eq!(remarks_at(0.46, MeshPreset::Coarse), (None, vec![]));
     }
 

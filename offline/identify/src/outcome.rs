@@ -58,7 +58,7 @@ pub struct FittedParameter {
     pub standard_error: Option<f64>,
     /// Bounds of the fit.
     pub bounds: [f64; 2],
-    /// Whether the value stands at one of them.
+    /// Whether the value is at one of them.
     pub at_bound: bool,
 }
 
@@ -113,7 +113,7 @@ pub struct Constant {
     pub unit: String,
     /// Value.
     pub value: f64,
-    /// The search region's bound that the value stands at, in the constant's unit; none inside the region.
+    /// The search region's bound that the value is at, in the constant's unit; none inside the region.
     pub at_bound: Option<f64>,
     /// Standard error of the linearised fit; none if flat or without degrees of freedom.
     pub standard_error: Option<f64>,
@@ -130,16 +130,16 @@ pub struct LawOutcome {
     pub constants: Vec<Constant>,
     /// lambda, MPa^(1 - beta): derived from strength and exponent.
     pub lambda: f64,
-    /// lambda over the ends of beta's interval, strength at its best for each; its unit changes along the way.
+    /// lambda over the ends of beta's interval, strength at its best for each; its unit changes along the interval.
     pub lambda_range: Option<[f64; 2]>,
     /// Correlation of ln strength and beta, linearised.
     pub correlation: f64,
-    /// Correlation of ln lambda and beta, linearised: why lambda is not what is fitted. None if the table leaves a
-    /// direction of the two constants undetermined.
+    /// Correlation of ln lambda and beta, linearised: the reason why lambda itself is not fitted. None if the table
+    /// leaves a direction of the two constants undetermined.
     pub correlation_of_lambda: Option<f64>,
     /// Regularisation of the law and its influence.
     pub regularisation: Regularisation,
-    /// Standard error of a friction coefficient, as known or as the misfit says.
+    /// Standard error of a friction coefficient, given or estimated from the misfit.
     pub coefficient_error: Option<f64>,
     /// Whether the errors of the coefficients were given.
     pub error_is_known: bool,
@@ -148,7 +148,7 @@ pub struct LawOutcome {
     /// Likelihood over strength and exponent; none without degrees of freedom.
     pub map: Option<Map>,
     /// Largest difference of the surrogate that drew region and intervals from finite elements, at the ends of the
-    /// intervals, % of F/N; none where the finite elements found no slide.
+    /// intervals, % of F/N; none if the finite elements found no slide.
     pub region_check_percent: Vec<Option<f64>>,
     /// The table beside the model.
     pub comparison: ModelDataComparison,
@@ -200,14 +200,14 @@ pub struct Tau0Outcome {
 pub struct ForceZeroOutcome {
     /// Fits, one for each zero.
     pub points: Vec<ForceZeroPoint>,
-    /// What they say.
+    /// The result as a sentence.
     pub sentence: String,
 }
 
 /// Finger and law fitted to the table without one zero of the normal force.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ForceZeroPoint {
-    /// What the sensor is taken to read without load, N.
+    /// Assumed reading of the sensor without load, N.
     pub normal_force_offset_n: f64,
     /// Calibrated factor on every stiffness.
     pub stiffness: f64,
@@ -235,7 +235,7 @@ pub struct LeftOut {
     /// Law fitted to the other depths.
     pub law: LawPoint,
     /// F/N predicted: by finite elements at that depth, by finite elements at the measured normal force (between
-    /// their depths), by F = c N^(2/3) and by F = c N^n fitted to the other depths; none where there is no slide.
+    /// their depths), by F = c N^(2/3) and by F = c N^n fitted to the other depths; none if there is no slide.
     pub predicted: [Option<f64>; 4],
     /// Differences of these four from the measured, %.
     pub differences_percent: [Option<f64>; 4],
@@ -254,20 +254,20 @@ pub struct CurvePoint {
     pub contact_area_mm2: f64,
 }
 
-/// The curve F/N over N and where it ends.
+/// The curve F/N over N and its end.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Finite elements, in rising force.
     pub points: Vec<CurvePoint>,
     /// Powers n of F/N ~ N^n at the curve's lower and upper end.
     pub exponents: [f64; 2],
-    /// Continuation to the forces asked for, by these powers: N, F/N. Not computed by finite elements.
+    /// Continuation to the requested forces, by these powers: N, F/N. Not computed by finite elements.
     pub continued: Vec<[f64; 2]>,
     /// Reasons why the curve ends at its lower and upper end.
     pub ends: Vec<String>,
 }
 
-/// A published finding beside ours.
+/// A published finding beside this model's.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Published {
     /// The finding.
@@ -276,7 +276,7 @@ pub struct Published {
     pub source: String,
     /// Their number.
     pub published: f64,
-    /// Ours.
+    /// This model's.
     pub ours: f64,
     /// Conditions of our number.
     pub conditions: String,
@@ -293,7 +293,7 @@ pub struct Sensitivity {
     pub change: [f64; 2],
     /// Depth of the table, mm.
     pub depth_mm: f64,
-    /// Change of N by each, %; none where it failed.
+    /// Change of N by each, %; none if it failed.
     pub normal_force_percent: [Option<f64>; 2],
     /// Change of A, %.
     pub contact_area_percent: [Option<f64>; 2],
@@ -392,7 +392,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Depths at which the calibrated model stands for the table's, mm, rising.
+    /// Depths of the calibrated model that correspond to the table's, mm, rising.
     pub fn calibrated_depths_mm(&self) -> Vec<f64> {
         let mut depths: Vec<f64> = self.published.rows.iter().map(|r| r.model_depth_mm).collect();
         depths.sort_by(f64::total_cmp);

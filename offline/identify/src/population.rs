@@ -1,4 +1,4 @@
-//! Several subjects: shares of the work, and what their constants have in common.
+//! Several subjects: shares of the work, and statistics of their constants.
 
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +97,7 @@ pub struct Spread {
     pub mean: f64,
     /// Standard deviation over subjects; none for one subject.
     pub deviation: Option<f64>,
-    /// Part of the deviation that the subjects' own standard errors do not explain; none where these are unknown.
+    /// Part of the deviation that the subjects' own standard errors do not explain; none if these are unknown.
     pub between_subjects: Option<f64>,
     /// Least.
     pub least: f64,
@@ -159,7 +159,7 @@ impl Population {
     }
 }
 
-/// Spread relative to the mean below which subjects are alike but for rounding.
+/// Spread relative to the mean below which subjects are equal up to rounding.
 const ALIKE: f64 = 1e-9;
 
 /// Correlation of ln strength and beta; none below three subjects or where one of the two is the same in all.

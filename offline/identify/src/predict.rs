@@ -80,7 +80,7 @@ pub fn at_force(states: &[Steady], normal_force_n: f64) -> f64 {
 /// Share of the pad's candidate height beyond which a slide may touch with faces that are not candidates.
 const PAD_SHARE: f64 = 0.75;
 
-/// F/N over the normal forces asked for, as far as finite elements get.
+/// F/N over the requested normal forces, as far as the finite elements converge.
 ///
 /// # Errors
 /// [`IdentifyError`] that is not of one slide.
@@ -92,7 +92,7 @@ pub fn curve(
     fe_model: &mut FeModel,
     known: &[Steady],
 ) -> Result<Curve, IdentifyError> {
-    /// Slots of their own, away from the table's: one goes up, one goes down.
+    /// Slots separate from the table's: one for rising, one for falling forces.
     const SLOT: [usize; 2] = [1_000, 1_001];
     let [least, most] = wanted.normal_force_n;
     let mut points: Vec<CurvePoint> = known.iter().map(CurvePoint::of).collect();
@@ -107,7 +107,7 @@ pub fn curve(
         loop {
             let reached = last.normal_force_n;
             if if side == 0 { reached <= least } else { reached >= most } {
-                ends[side] = "as far as asked for".into();
+                ends[side] = "as far as requested".into();
                 break;
             }
             let factor = if side == 0 { (1.0 / ratio).max(least / reached) } else { ratio.min(most / reached) };
@@ -121,7 +121,7 @@ pub fn curve(
                 break;
             }
             let query = Query { depth_mm, law: *law, stiffness: finger.stiffness };
-            (evaluator.hooks.tell)("curve", &format!("depth {depth_mm:.3} mm"));
+            (evaluator.hooks.report_progress)("curve", &format!("depth {depth_mm:.3} mm"));
             match fe_model.steady(&[(slot, vec![query])]) {
                 Ok(states) => {
                     let next = CurvePoint::of(&states[0][0]);

@@ -62,7 +62,7 @@ struct Clock<'a> {
 
 impl Clock<'_> {
     fn time<T>(&self, name: &str, work: impl FnOnce() -> Result<T, IdentifyError>) -> Result<T, IdentifyError> {
-        (self.evaluator.hooks.tell)(name, "");
+        (self.evaluator.hooks.report_progress)(name, "");
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
         let (states, effort) = (self.evaluator.computed(), self.evaluator.effort());
         let result = work();
@@ -162,7 +162,7 @@ fn provenance(input: &Input, nodes: usize) -> Result<Provenance, IdentifyError> 
 fn check_depths(table: &Table, room_mm: f64) -> Result<(), IdentifyError> {
     match table.depths_mm.last() {
         Some(&deepest) if !(deepest < 0.8 * room_mm) => Err(IdentifyError::Table(format!(
-            "depth_mm {deepest} comes too near to the bone, whose lowest point is {room_mm:.2} mm above first touch \
+            "depth_mm {deepest} is too near to the bone, whose lowest point is {room_mm:.2} mm above first touch \
              (at most 80 % of that); are columns or units mixed up?"
         ))),
         _ => Ok(()),
@@ -210,7 +210,7 @@ impl<'a, 'r, 'm> LawSearch<'a, 'r, 'm> {
         if self.input.published {
             return Ok(outcome);
         }
-        // The simplex starts near the published constants, where the finger stands now.
+        // The simplex starts near the published constants, at the finger's present state.
         let starts = if settings.simplex.enabled { settings.simplex.starts.len() } else { 0 };
         let mut beside: Vec<FeModel> = (0..starts).map(|_| self.fe.fe_model.beside()).collect();
         let FastRoute { law, solution, outcome: fast } = self.fast_route(first_law)?;
@@ -288,7 +288,8 @@ impl<'a, 'r, 'm> LawSearch<'a, 'r, 'm> {
         if self.input.settings.free_tau0 { Ok(fitted) } else { self.search_directly(fitted) }
     }
 
-    /// Continues Gauss–Newton by a search without derivatives: those across a kink of the mesh lead it a little astray.
+    /// Continues Gauss–Newton by a search without derivatives: derivatives across a kink of the mesh mislead it
+    /// slightly.
     fn search_directly(&mut self, fitted: FastRoute) -> Result<FastRoute, IdentifyError> {
         let name = "fast route: direct search";
         self.clock.time(name, || {

@@ -1,4 +1,4 @@
-//! Published findings that were not fitted, beside ours.
+//! Published findings that were not fitted, beside this model's.
 
 use std::ops::ControlFlow;
 
@@ -12,7 +12,7 @@ use fingerpad_fe::experiment::{Config, press_and_slide};
 use fingerpad_fe::load_path::{Finger, LoadPathError};
 use fingerpad_fe::mesh;
 
-/// Published findings that were not fitted, beside ours.
+/// Published findings that were not fitted, beside this model's.
 pub fn checks(
     config: &Config,
     finger: &FingerPoint,
@@ -33,7 +33,7 @@ pub fn checks(
         };
         let top = last.normal_force_n;
         if top > 1.2 {
-            // Their ratio over a decade, brought to our range as a power.
+            // Their ratio over a decade, converted to the range here as a power.
             let exponent = 0.60f64.ln() / 0.1f64.ln();
             if let Some(one) = at(1.0, |p| p.contact_area_mm2) {
                 out.push(Published {
@@ -84,7 +84,7 @@ pub fn checks(
     Ok(out)
 }
 
-/// Stick ratio over tangential load during one press and slide: how far from the straight line that was observed.
+/// Stick ratio over tangential load during one press and slide: distance from the observed straight line.
 fn stick_line(
     config: &Config,
     finger: &FingerPoint,
@@ -100,7 +100,7 @@ fn stick_line(
         Finger::new(made, &config.tissue)?
     };
     let depth_mm = table.depths_mm[table.depths_mm.len() / 2] + finger.depth_offset_mm;
-    (hooks.tell)("stick ratio over load", &format!("slide at depth {depth_mm:.3} mm"));
+    (hooks.report_progress)("stick ratio over load", &format!("slide at depth {depth_mm:.3} mm"));
     let result = press_and_slide(&config, &fingertip, depth_mm, None, None, &mut |_| {
         if (hooks.go_on)() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });

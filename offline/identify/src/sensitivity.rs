@@ -58,7 +58,7 @@ pub fn sensitivities(
         .into_iter()
         .chain(CalibrationParameter::SHAPE);
     for kind in parameters {
-        (evaluator.hooks.tell)("sensitivities", kind.words());
+        (evaluator.hooks.report_progress)("sensitivities", kind.words());
         let value = finger.get(kind);
         let relative = kind == CalibrationParameter::Stiffness;
         let step = if relative { value * kind.spread() } else { kind.spread() };

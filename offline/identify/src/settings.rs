@@ -18,7 +18,7 @@ pub struct Settings {
     /// Confidence level of regions and intervals, 0 to 1.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub confidence: f64,
-    /// Known standard error of a measured friction coefficient, % of it. Without it the coefficients weigh alike
+    /// Known standard error of a measured friction coefficient, % of it. Without it the coefficients have equal weights
     /// and their error is estimated from the misfit.
     pub friction_coefficient_percent: Option<f64>,
     /// Search region of the law's constants.
@@ -131,7 +131,7 @@ pub struct Simplex {
     /// Largest difference of a vertex' sum of squares from the best one's at the stop.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub tolf: f64,
-    /// Evaluations after which a start is given up.
+    /// Evaluations after which a start is abandoned.
     pub max_evaluations: usize,
 }
 
@@ -212,13 +212,13 @@ impl Default for Prediction {
     }
 }
 
-/// Largest normal force of a predicted curve, N: far beyond what a fingertip's pad bears.
+/// Largest normal force of a predicted curve, N: far beyond any load of a fingertip's pad.
 const MOST_FORCE_N: f64 = 100.0;
 /// Most points of a predicted curve.
 const MOST_POINTS: usize = 1000;
 
 impl Settings {
-    /// Refuses settings that contradict themselves or lie beyond what a finger can have.
+    /// Refuses settings that contradict each other or are impossible for a finger.
     ///
     /// # Errors
     /// [`IdentifyError::Setting`] with key and problem.
@@ -252,7 +252,7 @@ impl Settings {
                 return refuse("calibration.vary", problem);
             }
             if self.calibration.vary[..k].iter().any(|other| other.name == varied.name) {
-                return refuse("calibration.vary", format!("{:?} stands there twice", varied.name));
+                return refuse("calibration.vary", format!("{:?} is given twice", varied.name));
             }
         }
         for start in &self.simplex.starts {

@@ -20,7 +20,7 @@ pub struct Visit {
     pub lambda: f64,
     /// beta.
     pub beta: f64,
-    /// Sum of squared differences of the friction coefficients; none where it was turned back.
+    /// Sum of squared differences of the friction coefficients; none if it was turned back.
     pub sum_of_squares: Option<f64>,
     /// Why it was turned back.
     pub turned_back: Option<String>,
@@ -51,7 +51,7 @@ pub type Objective<'a> = dyn FnMut([f64; 2]) -> Result<Result<f64, String>, Iden
 type Vertex = Vec<f64>;
 type IterationState = IterState<Vertex, (), (), (), (), f64>;
 
-/// The sum of squares; infinite where the search is turned back, so that the simplex contracts away from there.
+/// The sum of squares; infinite if the search is turned back, so that the simplex contracts away from there.
 struct Cost<'a> {
     value: RefCell<&'a mut Objective<'a>>,
     visits: &'a RefCell<Vec<Visit>>,

@@ -1,9 +1,9 @@
 //! Steady full slip at one depth, solved for directly.
 //!
-//! When a rate-independent finger has slid far enough, it no longer deforms: every contact point slips along the
-//! plane's motion and bears its strength. That state depends on depth and law alone, not on how it was reached, so
-//! it is solved for directly: the elastic slip of every contact point is put far beyond its limit along +x, and the
-//! return map then yields the strength along +x whatever the increment.
+//! A rate-independent finger that has slid far enough no longer deforms: every contact point slips along the plane's
+//! motion and carries its strength. That state depends on depth and law alone, not on the path to it, so it is solved
+//! for directly: the elastic slip of every contact point is set far beyond its limit along +x, and the return map then
+//! yields the strength along +x for any increment.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -29,14 +29,14 @@ const STEPS: StepRule =
 /// How a limit point is passed.
 const LIMIT_POINT: LimitPointRule =
     LimitPointRule { max_steps: 12, release: 0.4, hold: 10.0, largest: 1e2, gained_share: f64::INFINITY };
-/// Equilibrium iterations after which a move is given up; a move that goes well takes ten to fifty.
-const PATIENCE: u32 = 200;
+/// Equilibrium iterations after which a move is abandoned; a successful move takes ten to fifty.
+const MOST_MOVE_ITERATIONS: u32 = 200;
 /// The same of a move to a place that may be left out.
-const LITTLE_PATIENCE: u32 = 40;
-/// Equilibrium iterations that bring no progress after which a step is given up: a smaller one is cheaper.
+const FEW_MOVE_ITERATIONS: u32 = 40;
+/// Equilibrium iterations without progress after which a step is abandoned: a smaller one is cheaper.
 const IDLE_ITERATIONS: u32 = 8;
 
-/// What a steady slide at one depth looks like.
+/// Response of a steady slide at one depth.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Steady {
     /// Travel of the plane from first touch, mm.
@@ -65,7 +65,7 @@ impl Steady {
     }
 }
 
-/// Where a steady state is wanted.
+/// Place of a requested steady state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Depth, mm.
@@ -74,18 +74,18 @@ pub struct Place {
     pub law: RubberFriction,
 }
 
-/// What a move does at a limit point.
+/// Treatment of a limit point within a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limits {
-    /// Gives up, and early, wherever the way is hard.
+    /// Ends without a result, and early, if the move is difficult.
     Shun,
-    /// Gives up.
+    /// Ends without a result.
     Stop,
     /// Steps over one by viscous steps.
     Pass,
 }
 
-/// What it cost.
+/// Cost of a computation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Effort {
     /// Equilibria found.
@@ -107,7 +107,7 @@ impl Effort {
         self.factorisations += other.factorisations;
     }
 
-    /// What was added since `before`.
+    /// The difference from `before`.
     pub fn since(&self, before: &Self) -> Self {
         Self {
             solves: self.solves - before.solves,
@@ -129,7 +129,7 @@ pub struct Slider<'a> {
     history: History,
     max_depth_step_mm: f64,
     go_on: &'a (dyn Fn() -> bool + Sync),
-    /// What it cost so far.
+    /// Cost so far.
     pub effort: Effort,
 }
 
@@ -152,7 +152,7 @@ impl Start {
 impl<'a> Slider<'a> {
     /// A finger before contact.
     ///
-    /// Its contact is by penalty alone, so that a state depends on its place only and not on the way to it.
+    /// Its contact is by penalty alone, so that a state depends on its place only and not on the path to it.
     ///
     /// * `tolerance`: residual over contact force
     /// * `go_on`: false stops a move with [`IdentifyError::Interrupted`]
@@ -196,7 +196,7 @@ impl<'a> Slider<'a> {
         }
     }
 
-    /// Goes on from `start`; false, and nothing changed, if its mesh was another one.
+    /// Continues from `start`; false, and nothing changed, if its mesh is another one.
     ///
     /// On another shape this is a guess that the next move brings into equilibrium.
     pub fn restart(&mut self, start: &Start) -> bool {
@@ -231,11 +231,11 @@ impl<'a> Slider<'a> {
     ///
     /// # Errors
     /// [`IdentifyError::Steady`] with the failure of the smallest step, [`IdentifyError::BesidePad`] or
-    /// [`IdentifyError::Interrupted`]; the slider stands where it started from.
+    /// [`IdentifyError::Interrupted`]; the slider is then unchanged.
     pub fn go(&mut self, to: Place, limits: Limits) -> Result<Steady, IdentifyError> {
         if to != self.at || self.state.totals.force.z == 0.0 {
             let start = self.start();
-            // From where the way is shortest, which need not be the last place.
+            // From the nearest state, which need not be the last one.
             let wanted = self.coordinates(&to);
             if let Some((place, configuration, far)) = self.history.nearest(&wanted)
                 && limits != Limits::Pass
@@ -260,12 +260,12 @@ impl<'a> Slider<'a> {
         let from = self.at;
         let size = self.first_share(&from, &to);
         let passages_left = u32::from(limits == Limits::Pass);
-        let patience = if limits == Limits::Shun { LITTLE_PATIENCE } else { PATIENCE };
-        let mut moving = Move { slider: self, from, to, iterations: 0, patience, passages_left, failed: false };
+        let most_iterations = if limits == Limits::Shun { FEW_MOVE_ITERATIONS } else { MOST_MOVE_ITERATIONS };
+        let mut moving = Move { slider: self, from, to, iterations: 0, most_iterations, passages_left, failed: false };
         load_along(&mut moving, &STEPS, 1.0, Standing { done: 0.0, size }).map(|_| ())
     }
 
-    /// Solves, asking whether to go on many times within; adds the effort.
+    /// Solves, with many calls that may end it; adds the effort.
     fn solve<T>(
         &mut self,
         search: impl FnOnce(
@@ -330,7 +330,7 @@ struct Move<'s, 'a> {
     /// Equilibrium iterations of the move so far.
     iterations: u32,
     /// Iterations after which a failure ends the move.
-    patience: u32,
+    most_iterations: u32,
     /// Limit points that may still be passed.
     passages_left: u32,
     /// Whether the last step failed.
@@ -377,12 +377,12 @@ impl LoadSteps for Move<'_, '_> {
         Ok(())
     }
 
-    fn out_of_patience(&self) -> bool {
-        self.iterations > self.patience
+    fn exceeds_iteration_budget(&self) -> bool {
+        self.iterations > self.most_iterations
     }
 
     fn pass_limit_point(&mut self, share: f64) -> Result<bool, IdentifyError> {
-        if self.out_of_patience() || self.passages_left == 0 {
+        if self.exceeds_iteration_budget() || self.passages_left == 0 {
             return Ok(false);
         }
         self.passages_left -= 1;
@@ -392,7 +392,7 @@ impl LoadSteps for Move<'_, '_> {
         });
         let Ok(passage) = result else { return Err(IdentifyError::Interrupted) };
         let Some(passage) = passage else { return Ok(false) };
-        // What was known before the limit point belongs to another branch.
+        // The history before the limit point belongs to another branch.
         self.slider.history.clear();
         self.slider.take(place, passage.state);
         Ok(true)
@@ -424,8 +424,8 @@ fn saturated(state: &State) -> State {
 /// Pressure at which laws are compared, MPa.
 const MIDDLE_MPA: f64 = 0.004;
 
-/// The place `share` of the way: depth and strengths at two pressures go straight, so that no law on the way is
-/// stronger than both ends.
+/// The place at `share` of the move: depth and strengths at two pressures are linear in it, so that no law within the
+/// move is stronger than both ends.
 fn between(from: &Place, to: &Place, share: f64) -> Place {
     let mix = |a: f64, b: f64| a + share * (b - a);
     let at = |law: &RubberFriction| law.lambda * MIDDLE_MPA.powf(law.beta);

@@ -44,7 +44,7 @@ pub struct AlignedSurrogate<'a> {
     shift: Vec<f64>,
     /// Its derivative over the coordinates: shape (coordinates, depths).
     slope: Vec<Vec<f64>>,
-    /// What finite elements at other laws add; none before [`Self::correct_at`].
+    /// Correction by finite elements at other laws; none before [`Self::correct_at`].
     correction: Option<ScatteredCorrection>,
     fixed: LawPoint,
 }
@@ -150,8 +150,8 @@ impl<'a> AlignedSurrogate<'a> {
 
 /// A surface per depth through values at scattered points of the plane: a parabola and cubes of the distances.
 ///
-/// F/N of a mesh has kinks where a contact point comes or goes, which no parabola follows; the cubes' share is the
-/// smallest that meets all points (Duchon 1977), and where the values lie on a parabola it is none.
+/// F/N of a mesh has kinks where a contact point touches or opens, which no parabola follows. The cubes' share is the
+/// smallest that meets all points (Duchon 1977); it is zero if the values lie on a parabola.
 #[derive(Clone, Debug)]
 struct ScatteredCorrection {
     /// Turns the plane so that the points scatter evenly.
@@ -163,7 +163,7 @@ struct ScatteredCorrection {
 }
 
 impl ScatteredCorrection {
-    /// Values of shape (points, depths); none where the points lie on one line.
+    /// Values of shape (points, depths); none if the points lie on one line.
     fn through(points: &[[f64; 2]], values: &[Vec<f64>]) -> Option<Self> {
         let scatter: Matrix2<f64> = points.iter().map(|p| Vector2::from(*p) * Vector2::from(*p).transpose()).sum();
         let whiten = (scatter / points.len() as f64).cholesky()?.l().try_inverse()?;
@@ -214,7 +214,7 @@ impl FrictionModel for AlignedSurrogate<'_> {
 mod tests {
     use super::*;
 
-    /// Stands for finite elements: pressure and normal force that change with the law.
+    /// Replaces finite elements: pressure and normal force that change with the law.
     struct Coupled(Vec<Steady>);
 
     impl FrictionModel for Coupled {

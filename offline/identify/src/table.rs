@@ -1,4 +1,4 @@
-//! The measured table as the fits see it.
+//! The measured table as input of the fits.
 
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +37,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Refuses a table that cannot tell two constants apart.
+    /// Refuses a table that cannot distinguish two constants.
     ///
     /// # Errors
     /// [`IdentifyError::Table`].

@@ -18,7 +18,7 @@ pub struct Row {
     pub contact_area_mm2: Option<f64>,
 }
 
-/// A measured value with its standard deviation, where that was measured too.
+/// A measured value with its standard deviation, if that was measured too.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cell {
     /// Value, in the column's unit.
@@ -27,10 +27,10 @@ pub struct Cell {
     pub sd: Option<f64>,
 }
 
-/// One depth of a table that may lack columns and cells.
+/// One depth of a table with optional columns and cells.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PartialRow {
-    /// Travel of the plane from first touch, mm, > 0; its standard deviation where the table has it.
+    /// Travel of the plane from first touch, mm, > 0; its standard deviation if the table has it.
     pub depth_mm: Cell,
     /// Normal force, N, > 0.
     pub normal_force_n: Option<Cell>,
@@ -56,9 +56,9 @@ const FORCE: usize = 2;
 const FRICTION: usize = 4;
 const AREA: usize = 6;
 
-/// Deepest indentation that a fingertip bears without its bone, mm.
+/// Deepest indentation of a fingertip without reaching its bone, mm.
 const DEEPEST_MM: f64 = 10.0;
-/// Normal force over depth squared beyond which no fingertip is, N/mm² (measured ones stay below 2 up to 3 mm).
+/// Normal force over depth squared that no fingertip exceeds, N/mm² (measured ones are below 2 up to 3 mm).
 const STIFFEST_N_PER_MM2: f64 = 6.0;
 /// Mean contact pressures between which every fingertip's lie, MPa.
 const PRESSURES_MPA: [f64; 2] = [1e-4, 0.15];
@@ -80,15 +80,15 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<Row>, Error> {
 
 /// Reads a table that needs depth and one other quantity; each may have a column `..._sd`, and cells may be empty.
 ///
-/// * `names`: what the file calls its columns, and their units
+/// * `names`: column names of the file, and their units
 ///
 /// # Errors
-/// [`Error`] with file, line, column and value; values that no fingertip has are refused as by [`read`].
+/// [`Error`] with file, line, column and value; values that are impossible for a fingertip are refused as by [`read`].
 pub fn read_partial(file: &Path, names: &ColumnNames) -> Result<Vec<PartialRow>, Error> {
     partial_rows(&Columns::read_as(file, &KNOWN, names)?)
 }
 
-/// How a table is read, where that is not as this program writes files: separators, decimals, a row of units.
+/// Format of a table, if it differs from that of this program's files: separators, decimals, a row of units.
 pub fn notes(file: &Path, names: &ColumnNames) -> Vec<String> {
     Columns::read_as(file, &KNOWN, names).map_or_else(|_| Vec::new(), |table| table.notes)
 }
@@ -181,7 +181,7 @@ fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> 
     let most = STIFFEST_N_PER_MM2 * depth_mm * depth_mm;
     if force_n > most {
         let problem = format!(
-            "is more than a fingertip bears at {} mm (at most {most:.2} N): is the force in grams \
+            "is more than a fingertip supports at {} mm (at most {most:.2} N): is the force in grams \
              (1 g = 0.00981 N), or are columns swapped?",
             Rounded(depth_mm)
         );
@@ -297,7 +297,7 @@ mod tests {
                 "1,\"0,2\",2,62",
                 "t.csv:2: column `normal_force_n`: `0,2` has a decimal comma, while commas separate the cells",
             ),
-            ("1,0.2,2,1,062.8", "t.csv:2: 5 cells where the header has 4"),
+            ("1,0.2,2,1,062.8", "t.csv:2: 5 cells, but the header has 4"),
             ("1,0.2,two,62", "`two` is not a number"),
         ] {
             let message = read_text(&format!("{head}{row}\n")).unwrap_err().to_string();

@@ -52,11 +52,11 @@ pub fn tau0_test(
     let percent = format!("{:.0} %", 100.0 * settings.confidence);
     let sentence = match &allowed {
         None => format!(
-            "With tau_0 free, {} coefficients leave no degree of freedom for three constants: tau_0 cannot be told from beta.",
+            "With tau_0 free, {} coefficients leave no degree of freedom for three constants: tau_0 cannot be distinguished from beta.",
             held.coefficients.len()
         ),
         Some(i) if i.bounded[0] => format!(
-            "The table wants a strength that does not depend on pressure: tau_0 is {:.0} to {:.0} % of the strength at 5 kPa ({percent}).",
+            "The table contains a strength that does not depend on pressure: tau_0 is {:.0} to {:.0} % of the strength at 5 kPa ({percent}).",
             100.0 * i.low,
             100.0 * i.high
         ),
@@ -66,7 +66,7 @@ pub fn tau0_test(
         Some(_) => {
             let (first, last) = (rows.first().expect("19 rows"), rows.last().expect("19 rows"));
             format!(
-                "The table cannot tell tau_0 from beta: any tau_0 from 0 to 90 % of the strength at 5 kPa is allowed ({percent}), \
+                "The table cannot distinguish tau_0 from beta: any tau_0 from 0 to 90 % of the strength at 5 kPa is allowed ({percent}), \
                  with beta going from {:.2} to {:.2}.",
                 first[2], last[2]
             )

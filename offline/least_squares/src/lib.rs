@@ -1,8 +1,7 @@
-//! Nonlinear least squares on plain slices, for every crate that fits something.
+//! Nonlinear least squares on plain slices, for every crate that fits parameters.
 //!
-//! The minimiser is Levenberg–Marquardt as in MINPACK (crate `levenberg-marquardt`); this crate is the only place that
-//! knows its matrix types. Main types: [`Problem`], what a fit supplies; [`minimise`] runs it.
-//! May use: no other crate of the project.
+//! The minimiser is Levenberg–Marquardt as in MINPACK (crate `levenberg-marquardt`); no other crate uses its matrix
+//! types. Main types: [`Problem`], the input of a fit; [`minimise`] runs it. May use: no other crate of the project.
 
 use std::cell::RefCell;
 
@@ -39,7 +38,7 @@ pub fn objective(residuals: &[f64]) -> f64 {
     0.5 * DVectorView::from_slice(residuals, residuals.len()).norm_squared()
 }
 
-/// A [`Problem`] in the minimiser's own types, which asks for residuals by shared reference.
+/// A [`Problem`] in the minimiser's own types, whose residuals are computed from a shared reference.
 struct Adapter<'a> {
     problem: RefCell<&'a mut dyn Problem>,
     at: DVector<f64>,

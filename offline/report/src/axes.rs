@@ -9,7 +9,7 @@ use super::numbers::fixed;
 /// A linear axis from the first to the last of its ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Where lines and numbers stand, rising; at least two.
+    /// Positions of lines and numbers, rising; at least two.
     pub ticks: Vec<f64>,
     /// Decimals of the numbers.
     pub decimals: usize,
@@ -70,12 +70,12 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Where a value stands.
+    /// Position of a value.
     pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
         (self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height)
     }
 
-    /// Where the values stand; what is missing is not finite.
+    /// Pixel positions of values; missing values are not finite.
     pub fn path(&self, values: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<(f64, f64)> {
         values.map(|(x, y)| self.at(x, y.unwrap_or(f64::NAN))).collect()
     }

@@ -13,7 +13,7 @@ use super::colour::{INK, WHITE};
 use super::raster::Raster;
 use super::{ReportError, font};
 
-/// What a drawing call returns.
+/// Result of a drawing call.
 pub type Drawn<DB> = Result<(), DrawingErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 /// Backend coordinates are whole numbers; this many of them make a pixel of a figure.
@@ -40,7 +40,7 @@ pub fn png<F: Figure>(figure: &F) -> Result<Vec<u8>, ReportError> {
     raster.into_png().map_err(failed)
 }
 
-/// The figure as an `<svg>` element to stand inside a page.
+/// The figure as an `<svg>` element of a page.
 pub fn svg<F: Figure>(figure: &F) -> Result<String, ReportError> {
     let size = figure.size();
     let units = (size.0 * UNITS_PER_PIXEL, size.1 * UNITS_PER_PIXEL);
@@ -82,9 +82,9 @@ pub struct Text {
     pub bold: bool,
     /// Colour.
     pub colour: BackendColor,
-    /// Which end stands at the given point.
+    /// Horizontal anchor of the text.
     pub h: HPos,
-    /// Which height stands at the given point.
+    /// Vertical anchor of the text.
     pub v: VPos,
 }
 
@@ -99,7 +99,7 @@ impl Text {
     }
 }
 
-/// Shapes of data points, told apart without colour.
+/// Shapes of data points, distinguishable without colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Marker {
     /// Disc.
@@ -203,7 +203,7 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
         self.outline(&points, Line::solid(colour, 1.4))
     }
 
-    /// Fills the head of an arrow whose tip stands at `tip`, pointing along `direction` (y downwards), `length` px long.
+    /// Fills the head of an arrow with its tip at `tip`, pointing along `direction` (y downwards), `length` px long.
     pub fn arrow_head(
         &mut self,
         tip: (f64, f64),
@@ -311,7 +311,7 @@ mod tests {
         assert!((total - 40.0).abs() < 1e-9, "{total}");
         assert!(dashes(&[], (4.0, 2.0)).iter().all(Vec::is_empty));
     }
-    /// A backend that can do no more than it must.
+    /// A backend with the required methods only.
     struct Pixels(Vec<BackendCoord>);
 
     impl DrawingBackend for Pixels {

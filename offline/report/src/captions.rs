@@ -1,4 +1,4 @@
-//! What a reader should see in each figure, said with the figure's own numbers.
+//! Captions: the finding of each figure, with the figure's own numbers.
 
 use super::mesh_view::MeshView;
 use super::numbers::{DepthNumbers, Numbers, Range, Secant, fixed, signed};
@@ -23,7 +23,7 @@ fn mm(v: f64) -> String {
     format!("{} mm", fixed(v, 2))
 }
 
-/// The first sentences of the page: how far the model is from Table 1.
+/// The first sentences of the page: errors of the model against Table 1.
 pub fn verdict(numbers: &Numbers) -> String {
     let d = &numbers.difference_percent;
     let named = [
@@ -146,7 +146,7 @@ pub fn contact(depth: &DepthNumbers) -> String {
             text += &format!(" The largest pressure is {a} kPa after {from} of slide and {b} kPa after {to}.");
         }
         if let (Some(a), Some(b)) = (first.contact_area_mm2, last.contact_area_mm2) {
-            text += &format!(" The contact area goes from {} to {} mm².", fixed(a, 1), fixed(b, 1));
+            text += &format!(" The contact area changes from {} to {} mm².", fixed(a, 1), fixed(b, 1));
         }
         let ratios: Vec<_> = depth.maps.iter().filter_map(|m| m.stick_ratio.map(|s| fixed(s, 2))).collect();
         if !ratios.is_empty() {

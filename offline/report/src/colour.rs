@@ -17,7 +17,7 @@ pub const FAINT: BackendColor = rgb(0xdde1e6);
 pub const PAIR: BackendColor = rgb(0xb4bbc3);
 /// Paper.
 pub const WHITE: BackendColor = rgb(0xffffff);
-/// What our model says, where there is one series of it.
+/// Results of the model in figures with one such series.
 pub const MODEL: BackendColor = rgb(0x0072b2);
 /// A second estimate beside the model's.
 pub const ESTIMATE: BackendColor = rgb(0xd55e00);
@@ -45,7 +45,7 @@ const VIRIDIS: [BackendColor; 11] = [
     rgb(0xfde725),
 ];
 
-/// The colour `s` of the way from `a` to `b`; `s` is held to 0..1, NaN is 0.
+/// The colour at the share `s` between `a` and `b`; `s` is clamped to 0..1, NaN is 0.
 pub fn mix(a: BackendColor, b: BackendColor, s: f64) -> BackendColor {
     let s = if s > 0.0 { s.min(1.0) } else { 0.0 };
     let channel = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * s).round() as u8;

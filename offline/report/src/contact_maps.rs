@@ -12,7 +12,7 @@ use super::{BuildReport, DepthResult};
 use fingerpad_fe::load_path::{FaceState, Snapshot};
 use fingerpad_fe::mesh::Mesh;
 
-/// What all depths share, so that their maps can be compared.
+/// Scales that all depths share, so that their maps can be compared.
 #[derive(Clone, Debug)]
 pub struct Scale {
     /// Pressure of the brightest colour, kPa.

@@ -19,7 +19,7 @@ fn nan(v: Option<f64>) -> f64 {
 
 /// Figure 2 of the paper with our points in it.
 pub struct Figure2<'a> {
-    /// What to show.
+    /// Numbers of the figure.
     pub numbers: &'a Numbers,
 }
 
@@ -114,7 +114,7 @@ impl Figure for Figure2<'_> {
 
 /// Normal force and contact area against depth.
 pub struct NormalArea<'a> {
-    /// What to show.
+    /// Numbers of the figure.
     pub numbers: &'a Numbers,
 }
 
@@ -160,7 +160,7 @@ impl Figure for NormalArea<'_> {
 
 /// Friction, friction coefficient and stick ratio against travel; normal force during the press.
 pub struct Travel<'a> {
-    /// What to show.
+    /// Numbers of the figure.
     pub numbers: &'a Numbers,
 }
 

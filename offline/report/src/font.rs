@@ -30,7 +30,7 @@ pub fn width(text: &str, em: f64, bold: bool) -> f64 {
     text.chars().map(advance).sum::<f64>() * em / f64::from(face.units_per_em())
 }
 
-/// Glyphs of a line of text and how far behind its beginning each stands, in the unit of `em`. No kerning.
+/// Glyphs of a line of text and their distances from its beginning, in the unit of `em`. No kerning.
 pub fn glyphs(text: &str, em: f32, bold: bool) -> Vec<(GlyphId, f32)> {
     let Some(face) = face(bold) else { return Vec::new() };
     let scale = em / f32::from(face.units_per_em());

@@ -18,14 +18,14 @@ pub struct Picture {
     pub caption: String,
     /// PNG file.
     pub png: Vec<u8>,
-    /// The same as `<svg>`, where that is the better form; two of them for wide and narrow pages.
+    /// The same as `<svg>`, if that is the better form; two of them for wide and narrow pages.
     pub svg: Option<String>,
 }
 
 /// The sheet of every page.
 pub(super) const STYLE: &str = include_str!("page.css");
 
-/// What every report says of the model's limits.
+/// Limits of the model that every report lists.
 const LEFT_OUT: [&str; 6] = [
     "One finger: the shape is parametric, not an image of the subject measured in Table 1.",
     "The skin is a smooth layer: no fingerprint ridges, no hair, no separate epidermis and dermis.",
@@ -132,7 +132,7 @@ fn verdict_table(numbers: &Numbers) -> String {
                    <tr><th rowspan=\"2\">depth<br>mm</th><th colspan=\"3\">normal force, N</th>\
                    <th colspan=\"3\">contact area, mm²</th><th colspan=\"3\">friction F/N</th></tr>\n<tr>"
         .to_owned();
-    out += &"<th>meas.</th><th>ours</th><th>diff. %</th>".repeat(3);
+    out += &"<th>meas.</th><th>model</th><th>diff. %</th>".repeat(3);
     out += "</tr>\n</thead>\n<tbody>\n";
     for d in &numbers.depths {
         let three = |c: &Comparison, decimals| {

@@ -1,9 +1,8 @@
 //! Finished results become a page (`report.html`), its numbers (`report.json`) and its figures (PNG).
 //!
-//! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; [`render`] does it all.
-//! Computes no physics: it reads, subtracts and averages what it is given, and leaves out what is not finite.
-//! Returns text and bytes; writing them is the caller's.
-//! May use: slide, mesh, identify, reduce, diagnose.
+//! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; main function: [`render`]. Computes no
+//! physics: it reads, subtracts and averages its inputs, and leaves out numbers that are not finite. Returns text and
+//! bytes; the caller writes the files. May use: slide, mesh, identify, reduce, diagnose.
 
 mod axes;
 mod canvas;
@@ -46,7 +45,7 @@ pub enum ReportError {
     /// A figure could not be drawn or encoded.
     #[error("drawing a figure: {0}")]
     Draw(String),
-    /// A snapshot was not computed on the mesh that came with it.
+    /// A snapshot was computed on another mesh.
     #[error(
         "the snapshot at slide {slide_mm} mm, depth {depth_mm} mm has {nodes} nodes and {faces} pad faces, \
          the mesh {mesh_nodes} and {mesh_faces}"
@@ -73,7 +72,7 @@ pub enum ReportError {
 /// Everything that the report of the main job is made of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BuildReport {
-    /// What was run, with what, and how long it took.
+    /// Settings, program and duration of the run.
     pub provenance: Provenance,
     /// One run (press, then slide) per depth, in rising depth.
     pub depths: Vec<DepthResult>,
@@ -81,9 +80,9 @@ pub struct BuildReport {
     pub checks: Vec<Check>,
     /// Friction coefficient of the model between and beyond the depths, in rising force; may be empty.
     pub continuous: Vec<FrictionPoint>,
-    /// What the model leaves out beyond what every report says of it; full sentences.
+    /// Limits of the model in addition to those of every report; full sentences.
     pub left_out: Vec<String>,
-    /// A reduced model along the same motions; None where there is none of this finger.
+    /// A reduced model along the same motions; None if there is none of this finger.
     pub reduced: Option<ReducedModel>,
 }
 
@@ -92,11 +91,11 @@ pub struct BuildReport {
 pub struct ReducedModel {
     /// Name of its file.
     pub name: String,
-    /// How far it is from the run of each depth, in the order of the depths.
+    /// Its difference from the run of each depth, in the order of the depths.
     pub depths: Vec<Agreement>,
 }
 
-/// What was run, with what, and how long it took.
+/// Settings, program and duration of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Name of the fingertip's shape.
@@ -137,7 +136,7 @@ pub struct MeshCounts {
 /// A named number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// Its value.
     pub value: f64,
@@ -180,14 +179,14 @@ pub struct Steady {
     pub contact_area_mm2: f64,
 }
 
-/// One depth: the run, what it gives, what was measured.
+/// One depth: the run, its results, the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DepthResult {
     /// Depth, mm.
     pub depth_mm: f64,
-    /// Press, then slide. Its snapshots at this depth (wanted at 0, 0.5, 1, 2 and 6 mm of slide) become maps.
+    /// Press, then slide. Its snapshots at this depth (at 0, 0.5, 1, 2 and 6 mm of slide) become maps.
     pub trajectory: Trajectory,
-    /// The model's kinetic state; NaN where there is none.
+    /// The model's kinetic state; NaN if there is none.
     pub kinetic: Steady,
     /// F/N estimated as the friction law integrated over the frictionless pressure of this depth.
     pub frictionless_friction_coefficient: Option<f64>,
@@ -207,9 +206,9 @@ pub struct FrictionPoint {
 /// A check with its bound.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What was checked.
+    /// The checked quantity.
     pub name: String,
-    /// What came out.
+    /// Its value.
     pub value: f64,
     /// Unit of value and bound; empty for a pure number.
     pub unit: String,
@@ -232,10 +231,11 @@ pub struct Rendered {
 
 /// Makes page, numbers and figures.
 ///
-/// * `report`: results; what is missing or not finite shows as a dash or is left out of a figure
+/// * `report`: results; a number that is missing or not finite shows as a dash or is left out of a figure
 /// * `mesh`: the mesh of all snapshots
 ///
-/// Errors: [`ReportError::OtherMesh`] if a snapshot does not fit the mesh.
+/// # Errors
+/// [`ReportError::OtherMesh`] if a snapshot does not fit the mesh.
 pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError> {
     for snapshot in report.depths.iter().flat_map(|d| &d.trajectory.snapshots) {
         check_snapshot(snapshot, mesh)?;

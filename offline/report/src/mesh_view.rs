@@ -43,7 +43,7 @@ struct Polygon {
     fill: BackendColor,
 }
 
-/// From where a scene is seen: to the right, up, and toward the viewer.
+/// View of a scene: directions to the right, up, and toward the viewer.
 #[derive(Clone, Copy)]
 struct View {
     right: Point,
@@ -282,7 +282,7 @@ fn section(nodes: &[u32], edges: &[[usize; 2]], reference: &[Point], current: &[
     corners.into_iter().map(|c| c.1).collect()
 }
 
-/// The polygon in the light of its face, unless the face looks away.
+/// The polygon in the light of its face; None if the face is turned away.
 fn lit(corners: Vec<Point>, fill: BackendColor, nodes: &[Point], face: &[u32], view: View) -> Option<Polygon> {
     let corner = |i: usize| nodes[face[i % face.len()] as usize];
     let normal = match face.len() {

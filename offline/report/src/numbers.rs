@@ -11,10 +11,10 @@ pub const MAP_SLIDES_MM: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 6.0];
 /// Stick ratio up to which the contact as a whole slips.
 pub const FULL_SLIP: f64 = 0.01;
 
-/// What the page shows. Numbers that do not exist are null.
+/// Numbers of the page. Those that do not exist are null.
 #[derive(Clone, Debug, Serialize)]
 pub struct Numbers {
-    /// What was run, with what, and how long it took.
+    /// Settings, program and duration of the run.
     pub provenance: Provenance,
     /// Sum of the stages' wall times, s.
     pub total_wall_s: f64,
@@ -32,7 +32,7 @@ pub struct Numbers {
     pub continuous: Vec<FrictionPoint>,
     /// Checks on the numerics.
     pub checks: Vec<Check>,
-    /// What the model leaves out beyond what every report says of it.
+    /// Limits of the model in addition to those of every report.
     pub left_out: Vec<String>,
     /// A reduced model along the same motions.
     pub reduced: Option<ReducedNumbers>,
@@ -134,12 +134,12 @@ pub struct Differences {
     pub friction_coefficient: Option<Range>,
 }
 
-/// One quantity: measured, ours, and how far ours is off.
+/// One quantity: measured, computed, and the difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Table 1.
     pub measured: Option<f64>,
-    /// Ours.
+    /// Computed.
     pub model: Option<f64>,
     /// (model - measured) / measured, percent.
     pub difference_percent: Option<f64>,
@@ -173,7 +173,7 @@ pub struct DepthNumbers {
     pub pressed_normal_force_n: Option<f64>,
     /// Slide of the last row, mm.
     pub travel_mm: Option<f64>,
-    /// Slide from which on the contact slips as a whole, to the last row, mm; null if it never does.
+    /// Slide above which the contact slips as a whole, to the last row, mm; null if it never does.
     pub full_slip_travel_mm: Option<f64>,
     /// Stick ratio of the last row.
     pub final_stick_ratio: Option<f64>,
@@ -333,7 +333,7 @@ pub fn map_snapshots(result: &DepthResult) -> Vec<&Snapshot> {
     picked.into_iter().map(|i| all[i]).collect()
 }
 
-/// The rows up to the first slide, and from there on (the last row of the press starts the slide).
+/// The rows up to the first slide, and the rest (the last row of the press starts the slide).
 fn split(responses: &[Response]) -> (&[Response], &[Response]) {
     match responses.iter().position(|r| r.slide_x_mm.hypot(r.slide_y_mm) > 1e-9) {
         Some(i) => (&responses[..i], &responses[i.saturating_sub(1)..]),
@@ -390,7 +390,7 @@ pub fn fixed(v: f64, decimals: usize) -> String {
     }
 }
 
-/// As [`fixed`], with a sign in front of what is above zero too.
+/// As [`fixed`], with a sign in front of positive numbers too.
 pub fn signed(v: f64, decimals: usize) -> String {
     let text = fixed(v, decimals);
     if v > 0.0 && text.bytes().any(|b| matches!(b, b'1'..=b'9')) { format!("+{text}") } else { text }

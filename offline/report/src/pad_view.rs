@@ -1,4 +1,4 @@
-//! The pad as the plane sees it: faces at their current places, x from proximal to distal to the right.
+//! View of the pad from the plane: faces at their current places, x from proximal to distal to the right.
 
 use plotters_backend::{BackendColor, DrawingBackend};
 
@@ -13,7 +13,7 @@ pub type Face = (Vec<(f64, f64)>, FaceState);
 
 /// Colour of faces without contact.
 pub const UNTOUCHED: BackendColor = rgb(0xf3f4f6);
-/// Room around what touches, mm.
+/// Margin around the touching faces, mm.
 const MARGIN_MM: f64 = 0.8;
 
 /// The faces of a snapshot on its mesh.
@@ -65,7 +65,7 @@ impl PadView {
         (self.window_mm[2] * self.scale, self.window_mm[3] * self.scale)
     }
 
-    /// Where a point of the plane stands in the view whose upper left corner is (`left`, `top`).
+    /// Position of a point of the plane in the view whose upper left corner is (`left`, `top`).
     pub fn at(&self, (left, top): (f64, f64), (x, y): (f64, f64)) -> (f64, f64) {
         let [x0, y0, _, h] = self.window_mm;
         (left + (x - x0) * self.scale, top + (h - (y - y0)) * self.scale)

@@ -13,12 +13,12 @@ use super::font;
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
-/// An image under way. The backend's own coordinates are finer than its pixels.
+/// An image being drawn. The backend's own coordinates are finer than its pixels.
 pub struct Raster {
     pixmap: Pixmap,
     units: (u32, u32),
     pixels_per_unit: f32,
-    /// Whether nothing but white has been painted yet.
+    /// Whether only white has been painted so far.
     blank: bool,
     /// Whole units of a pixel; none if they are no whole number.
     units_per_pixel: Option<i32>,
@@ -26,7 +26,7 @@ pub struct Raster {
     glyphs: HashMap<PlacedGlyph, Option<Stamp>>,
 }
 
-/// What is painted, between or around its points.
+/// A shape to paint, between or around its points.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Outline {
     /// The area within the points.
@@ -46,7 +46,7 @@ struct Shape {
     outline: Outline,
 }
 
-/// A glyph in a size, and where within a pixel its origin stands, in steps of [`GLYPH_STEPS`].
+/// A glyph in a size, and the position of its origin within a pixel, in steps of [`GLYPH_STEPS`].
 #[derive(PartialEq, Eq, Hash)]
 struct PlacedGlyph {
     glyph: font::GlyphId,
@@ -65,7 +65,7 @@ struct Stamp {
 }
 
 impl Stamp {
-    /// What a path covers of a square or a rectangle of pixels whose upper left corner is the origin.
+    /// Coverage of a path in a square or rectangle of pixels whose upper left corner is the origin.
     fn of(corner: BackendCoord, (width, height): (u32, u32), fill: impl FnOnce(&mut Pixmap)) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
         fill(&mut pixmap);
@@ -73,7 +73,7 @@ impl Stamp {
         Some(Self { corner, width: width as usize, coverage })
     }
 
-    /// Paints it; what lies beyond the image is left out.
+    /// Paints it; parts beyond the image are left out.
     fn print(&self, on: &mut Pixmap, at: BackendCoord, (r, g, b): (u8, u8, u8)) {
         let (width, height) = (on.width() as i32, on.height() as i32);
         let (left, top) = (at.0 + self.corner.0, at.1 + self.corner.1);
@@ -148,7 +148,7 @@ impl Raster {
 
     fn draw(&mut self, points: &[BackendCoord], outline: Outline, color: BackendColor) {
         let opaque = color.alpha >= 1.0;
-        // White on what is white changes nothing.
+        // White on white changes nothing.
         if self.blank && opaque && color.rgb == (255, 255, 255) {
             return;
         }
@@ -262,7 +262,7 @@ impl DrawingBackend for Raster {
     }
 
     fn draw_rect<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S, fill: bool) -> Drawn {
-        // A line goes on to the second corner, so that the first one has a join as the others have.
+        // A line continues to the second corner, so that the first one has a join like the others.
         let corners = [from, (to.0, from.1), to, (from.0, to.1), from, (to.0, from.1)];
         let outline = if fill { Outline::Area } else { Outline::Line(style.stroke_width()) };
         self.draw(&corners, outline, style.color());
@@ -287,7 +287,7 @@ impl DrawingBackend for Raster {
         Ok(())
     }
 
-    /// Text stands where plotters' SVG backend puts it; transforms are not supported.
+    /// Text is positioned as in plotters' SVG backend; transforms are not supported.
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Drawn {
         let em = style.size() / font::SIZE_PER_EM;
         let bold = matches!(style.style(), FontStyle::Bold);

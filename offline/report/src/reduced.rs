@@ -11,10 +11,10 @@ use super::canvas::{self, Canvas, Drawn, Figure, Line, Marker, Text};
 use super::colour::{ESTIMATE, GREY, INK, SERIES};
 use super::{Rendered, ReportError};
 
-/// One row of a path: position, and what each model says of it.
+/// One row of a path: position, and the results of each model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairRow {
-    /// Length of the plane's way so far, mm.
+    /// Length of the plane's path so far, mm.
     pub way_mm: f64,
     /// Depth, mm.
     pub depth_mm: f64,
@@ -37,9 +37,9 @@ pub struct PairRow {
 pub struct PathPair {
     /// Its name.
     pub name: String,
-    /// What it is about.
+    /// Kind of the path.
     pub kind: String,
-    /// Whether the fit did not see it.
+    /// Whether the path was left out of the fit.
     pub held_out: bool,
     /// Its rows.
     pub rows: Vec<PairRow>,
@@ -166,7 +166,7 @@ impl Figure for Loops<'_> {
     }
 }
 
-/// A path along its way: friction, normal force, stick ratio.
+/// Friction, normal force and stick ratio along a path.
 struct Along<'a>(&'a PathPair);
 
 impl Figure for Along<'_> {
@@ -192,7 +192,7 @@ impl Figure for Along<'_> {
         for (k, (name, series)) in panels.iter().enumerate() {
             let values = series.iter().flat_map(|s| s.1.iter().flatten().copied());
             let y = Axis::covering(name, [0.0, 0.0], values, 5);
-            let label = if k == 2 { "Way of the plane, mm" } else { "" };
+            let label = if k == 2 { "Path of the plane, mm" } else { "" };
             let panel = Panel { left: 60.0, top: 60.0 + 232.0 * k as f64, width: 640.0, height: 160.0, x: x(label), y };
             panel.draw(canvas)?;
             for (j, (axis, values, band)) in series.iter().enumerate() {
@@ -317,11 +317,11 @@ pub fn render_reduced(report: &ReducedReport) -> Result<Rendered, ReportError> {
         let pairs = straight(report, axis);
         if !pairs.is_empty() {
             let png = canvas::png(&Backbone(pairs, label, axis))?;
-            figures.push((name.into(), png, "Straight slides at six depths, both ways."));
+            figures.push((name.into(), png, "Straight slides at six depths, in both directions."));
         }
     }
     let loops: Vec<&PathPair> = held_out().filter(|p| p.kind == "reversal").take(3).collect();
-    figures.push(("reduced_loops".into(), canvas::png(&Loops(loops))?, "Reversals that the fit did not see."));
+    figures.push(("reduced_loops".into(), canvas::png(&Loops(loops))?, "Reversals that were left out of the fit."));
     let errors = Histogram(vec![
         (
             "Friction error, % of the limit",

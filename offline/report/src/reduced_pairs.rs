@@ -7,7 +7,7 @@ use fingerpad::{Data, ModelOf};
 use super::reduced::{PairRow, PathPair, ReducedReport, SizePoint};
 use fingerpad_reduce::{CurvePoint, Kind, Reduced, Run, Scores, replay, strength};
 
-/// Collects what the section shows.
+/// Collects the data of the section.
 ///
 /// # Errors
 /// `fingerpad::Error` if the model is refused, which a finished reduction never is.

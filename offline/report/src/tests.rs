@@ -34,7 +34,7 @@ fn gappy(mesh: &Mesh) -> BuildReport {
     report
 }
 
-/// `REPORT_LOOK=DIR cargo test report::tests::look` leaves the reports there, to be looked at.
+/// `REPORT_LOOK=DIR cargo test report::tests::look` writes the reports there for inspection.
 #[test]
 fn look() {
     let Some(dir) = std::env::var_os("REPORT_LOOK").map(std::path::PathBuf::from) else { return };

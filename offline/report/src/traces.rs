@@ -1,4 +1,4 @@
-//! Charts of traces side by side, for pictures that stand alone.
+//! Charts of traces side by side, for pictures without a page.
 //!
 //! Main function: [`traces_png`]. Uses axes and canvas.
 
@@ -12,7 +12,7 @@ use super::colour::{GREY, INK, SERIES};
 const WIDTH: f64 = 470.0;
 const LEFT: f64 = 52.0;
 const RIGHT: f64 = 18.0;
-/// Height of a chart's title and legend, of the chart, and of what stands below it, px; a line of the legend.
+/// Height of a chart's title and legend, of the chart, and of the labels below it, px; a line of the legend.
 const ABOVE: f64 = 58.0;
 const HEIGHT: f64 = 250.0;
 const BELOW: f64 = 56.0;
@@ -36,7 +36,7 @@ pub struct TraceChart {
     pub title: String,
     /// Quantity and unit to the right and upwards.
     pub labels: [String; 2],
-    /// What the axis upwards covers at least.
+    /// Values that the vertical axis covers at least.
     pub least: [f64; 2],
     /// The traces.
     pub traces: Vec<Trace>,

@@ -1,13 +1,14 @@
-//! Export to the core: a smooth model as tables over depth, a few springs, and two slots for what tables cannot hold.
+//! Export to the core: a smooth model as tables over depth, a few springs, and two slots for properties that tables do
+//! not represent.
 //!
 //! Main type: [`CoreExport`].
 //!
-//! Over a straight slide the slope of the smooth model's friction falls from its tangential stiffness to 0 as one element
-//! after the other slips. The springs of the core share that stiffness out: each takes the part of the slope between two
-//! levels, the same at all depths, and slips at the mean slide at which the slope falls through its part. Friction in full
-//! slip, the area under the slope, is then the smooth model's at every depth; a part that the slope does not reach at some
-//! depth is a spring that does not touch there. The parts are fitted with the springs' odd term, the yield slides follow from
-//! them.
+//! Over a straight slide the slope of the smooth model's friction falls from its tangential stiffness to 0 as one
+//! element after the other slips. The springs of the core divide that stiffness: each takes the part of the slope
+//! between two levels, the same at all depths, and slips at the mean slide at which the slope falls through its part.
+//! Friction in full slip, the area under the slope, is then the smooth model's at every depth; a part that the slope
+//! does not reach at some depth is a spring that does not touch there. The parts are fitted together with the springs'
+//! odd term, and determine the yield slides.
 
 use fingerpad::effects::baseline::{DIRECTION, SHEAR};
 use fingerpad::{Data, EffectSlot, Effects, Error, NODES, Node, Params, SPRINGS, SpringParams, Surroundings};
@@ -23,9 +24,10 @@ use crate::trajectory::{Sample, Stroke};
 const MOST_STROKES: usize = 16;
 /// Depths of the slides that are always fitted, mm.
 const DEPTHS_MM: [f64; 5] = [0.4, 0.7, 1.1, 1.5, 2.0];
-/// Depths whose tangential stiffness the springs' parts start from, mm: where fingers are used.
+/// Depths whose tangential stiffness the springs' parts start from, mm: typical depths of use.
 const START_MM: f64 = 1.5;
-/// Largest odd term times the longest slide at which a spring slips; the core takes 0.4 of the whole way of a tilted limit.
+/// Largest odd term times the longest slide at which a spring slips; the core accepts 0.4 for the whole range of a
+/// tilted limit.
 const MOST_BENT: f64 = 0.3;
 /// Least share of the contact area of a spring that touches.
 const LEAST_SHARE: f32 = 1e-6;
@@ -34,16 +36,17 @@ const LEAST_SHARE: f32 = 1e-6;
 pub struct CoreExport {
     /// Tables and springs.
     pub data: Data,
-    /// What of the model the tables do not hold: strength over direction, normal force with friction.
+    /// Properties of the model that the tables do not represent: strength over direction, normal force with friction.
     pub slots: Vec<EffectSlot>,
 }
 
-/// A smooth model in the form of `data`; what its tables do not say (bands, stick ratio, area, spin) stays as it is.
+/// A smooth model in the form of `data`; values that the smooth model does not determine (bands, stick ratio, area,
+/// spin) are those of `data`.
 ///
 /// * `strokes`: motions along which the core's springs are fitted, so that its few follow the model's many
 ///
 /// # Errors
-/// What the core has against the tables (not passive, out of range).
+/// The core's reason for refusing the tables (not passive, out of range).
 pub fn export_to_core(data: &Data, model: &SmoothModel, strokes: &[Stroke]) -> Result<CoreExport, Error> {
     let curves = Curves::of(model, f64::from(data.depth_max));
     let bed = fit_bed(data, model, &curves, strokes);
@@ -52,7 +55,7 @@ pub fn export_to_core(data: &Data, model: &SmoothModel, strokes: &[Stroke]) -> R
     Ok(CoreExport { data, slots })
 }
 
-/// Slots of what of the model the tables do not hold.
+/// Slots for properties of the model that the tables do not represent.
 fn slots(data: &Data, model: &SmoothModel) -> Vec<EffectSlot> {
     let slot = |kind, v: [f64; 6]| EffectSlot { kind, reserved: 0, values: v.map(|x| x as f32) };
     let [even, odd] = [model.even_direction, model.odd_direction];
@@ -66,7 +69,7 @@ fn slots(data: &Data, model: &SmoothModel) -> Vec<EffectSlot> {
     ]
 }
 
-/// What of the core's springs is fitted.
+/// Fitted parameters of the core's springs.
 struct Bed {
     /// Their parts of the stiffness along x, N/mm; the last to slip first.
     parts_n_mm: [f64; SPRINGS],
@@ -106,8 +109,8 @@ impl Curves {
         }
     }
 
-    /// Mean slide, mm, at which the slope of friction at a node falls through each spring's part of the stiffness, N/mm; where
-    /// the model is stiffer than all springs together, its slope is taken as theirs.
+    /// Mean slide, mm, at which the slope of friction at a node falls through each spring's part of the stiffness,
+    /// N/mm; if the model is stiffer than all springs together, its slope is taken as theirs.
     fn yield_slides_mm(&self, node: usize, parts: &[f64; SPRINGS]) -> [f64; SPRINGS] {
         let all: f64 = parts.iter().sum();
         let stiffness = self.stiffness_n_mm[node].min(all);
@@ -132,7 +135,7 @@ impl Curves {
         let (mut parts, mut carried) = ([0.0; SPRINGS], 0.0);
         for [yield_position, share] in self.elements {
             let carries = yield_position * share;
-            // An element that carries more than what is left of a spring's share goes to several.
+            // An element that carries more than the rest of a spring's share is divided among several.
             let mut left = carries;
             while left > 1e-9 {
                 let j = ((carried * SPRINGS as f64 + 1e-9) as usize).min(SPRINGS - 1);
@@ -157,14 +160,15 @@ fn order(data: &Data) -> [usize; SPRINGS] {
 
 /// The model's curves and the springs' parts of the stiffness in the core's form.
 ///
-/// * `varying`: share of the change of the stiffness along y over depth that is taken over, 0 to 1
+/// * `varying`: share of the change of the stiffness along y over depth that the core's model has, 0 to 1
 fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying: f64) -> Params {
     let depth = |i: usize| curves.cell_mm * i as f64;
     let parts = &bed.parts_n_mm;
     let all: f64 = parts.iter().sum();
     let longest_mm = curves.yield_slides_mm(NODES - 1, parts).into_iter().fold(0.0, f64::max);
     let odd_per_mm = bed.odd_per_mm.clamp(-MOST_BENT / longest_mm, MOST_BENT / longest_mm);
-    // The model's friction in full slip is odd along x by what the springs' own odd term does not make.
+    // The model's friction in full slip has an odd part along x, of which the springs' own odd term contributes some;
+    // this is the rest.
     let tilt = |i: usize, slides: &[f64; SPRINGS]| {
         let mean = |power: i32| slides.iter().zip(parts).map(|(s, part)| part * s.powi(power)).sum::<f64>();
         let own = odd_per_mm * mean(2) / mean(1);
@@ -200,7 +204,7 @@ fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying:
         for (slide, &j) in slides.iter().zip(&order) {
             last[j] = last[j].max(*slide as f32);
             node.yield_slide_mm[j] = last[j];
-            // A spring that does not touch stands for no area.
+            // A spring that does not touch has no area.
             node.area_share[j] = if last[j] > 0.0 { row.area_share[j].value.max(LEAST_SHARE) } else { 0.0 };
         }
         node
@@ -236,7 +240,7 @@ fn params(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed, varying:
     }
 }
 
-/// The tables in which as much of the change of the stiffness along y over depth is taken over as is passive.
+/// The tables with as much of the change of the stiffness along y over depth as is passive.
 fn passive(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed) -> Result<Data, Error> {
     let built = |varying: f64| params(data, model, curves, bed, varying).try_build();
     [1.0, 0.5, 0.25].into_iter().find_map(|varying| built(varying).ok()).map_or_else(|| built(0.0), Ok)
@@ -244,7 +248,7 @@ fn passive(data: &Data, model: &SmoothModel, curves: &Curves, bed: &Bed) -> Resu
 
 /// Values of a curve over depth at the nodes, `cell_mm` apart, none below the one before.
 ///
-/// A chord lies above a convex curve by h² f''/12 on average, which is taken off at the nodes.
+/// A chord lies above a convex curve by h² f''/12 on average, which is subtracted at the nodes.
 fn rising_nodes(cell_mm: f64, of: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let node = |i: usize| -> f64 {
         let d = cell_mm * i as f64;
@@ -265,8 +269,8 @@ fn rising_nodes(cell_mm: f64, of: &dyn Fn(f64) -> f64) -> Vec<f64> {
         .collect()
 }
 
-/// Tangential stiffness at the nodes, N/mm. Springs that touch with depth let neither stiffness nor slip length fall as depth
-/// grows; where the model would, it is held, from 0.9 mm outward.
+/// Tangential stiffness at the nodes, N/mm. Springs that touch with depth let neither stiffness nor slip length fall as
+/// depth grows; where the model's would, it is kept constant, from 0.9 mm outward.
 fn stiffness_nodes(cell_mm: f64, model: &SmoothModel, strength_n: &[f64]) -> Vec<f64> {
     let mut stiffness: Vec<f64> =
         (0..NODES).map(|i| model.at_depth(cell_mm * (i as f64).max(1.0)).tangential_n_mm).collect();
@@ -282,8 +286,8 @@ fn stiffness_nodes(cell_mm: f64, model: &SmoothModel, strength_n: &[f64]) -> Vec
     stiffness
 }
 
-/// Presses to depths where fingers are used, a slide into full slip along x or y or against them, and half of it back:
-/// measured strokes alone may leave out what another finger or another day needs.
+/// Presses to typical depths, each with a slide into full slip along x or y or against them, and half of it back:
+/// measured strokes alone may leave out the motions of another finger or another day.
 fn slides_everywhere(model: &SmoothModel) -> Vec<Stroke> {
     const SAMPLES: usize = 20;
     let slide = |depth_mm: f64, [x, y]: [f64; 2]| {
@@ -333,7 +337,7 @@ fn fit_bed(data: &Data, model: &SmoothModel, curves: &Curves, strokes: &[Stroke]
     Bed::of(&least_squares(start.clone(), &misfit).unwrap_or(start))
 }
 
-/// Misfits as a least-squares problem; a point where the core refuses its numbers turns it back.
+/// Misfits as a least-squares problem; a point whose numbers the core refuses has a large constant misfit.
 struct Misfits<'a> {
     of: &'a dyn Fn(&[f64]) -> Option<Vec<f64>>,
     number: usize,
@@ -364,7 +368,7 @@ impl Problem for Misfits<'_> {
     }
 }
 
-/// The point of least squares of some misfits; `None` where the start has none.
+/// The point of least squares of some misfits; `None` if the start has none.
 fn least_squares(start: Vec<f64>, of: &dyn Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
     let number = of(&start)?.len();
     let minimiser = LevenbergMarquardt::new().with_ftol(1e-5).with_xtol(1e-5).with_patience(20);

@@ -8,7 +8,7 @@ pub const ELEMENTS: usize = 10;
 pub const MIDDLE_MM: f64 = 0.9;
 /// Share of the fourth power in the part of the friction that is odd along x.
 pub const ODD_SHAPE: f64 = 0.5;
-/// Range of u = ln(depth / 0.9 mm) in which the cubics hold; outside it each goes on as a straight line.
+/// Range of u = ln(depth / 0.9 mm) in which the cubics hold; outside it each continues as a straight line.
 pub const U_RANGE: [f64; 2] = [-1.6, 1.1];
 
 /// The smooth model of one finger on one device.
@@ -63,7 +63,7 @@ pub struct DepthValues {
     pub pressed_mm: [f64; 2],
 }
 
-/// A cubic over u within [`U_RANGE`] (`inside`), which goes on outside as a straight line that rises by at least 0.1.
+/// A cubic over u within [`U_RANGE`] (`inside`), which continues outside as a straight line that rises by at least 0.1.
 fn extended_cubic(c: &[f64; 4], u: f64, inside: f64) -> f64 {
     let value = c[0] + inside * (c[1] + inside * (c[2] + inside * c[3]));
     if u == inside {

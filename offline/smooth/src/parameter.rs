@@ -51,7 +51,7 @@ pub enum Parameter {
     OddXPerMm,
     /// Exponent of the strength in the tissue's stiffness at fixed depth.
     LoadExponent,
-    /// Strength over direction: share that goes with cos 2θ.
+    /// Strength over direction: share in proportion to cos 2θ.
     EvenDirectionCos,
     /// The same with sin 2θ.
     EvenDirectionSin,
@@ -59,7 +59,7 @@ pub enum Parameter {
     StrengthDepthCubic,
     /// Third-order change of the elements' shares over their yield positions.
     YieldTwist,
-    /// Strength over direction: share that goes with cos θ.
+    /// Strength over direction: share in proportion to cos θ.
     OddDirectionCos,
     /// The same with sin θ.
     OddDirectionSin,
@@ -71,12 +71,12 @@ pub enum Parameter {
     PressCouplingY,
 }
 
-/// What a report and a prior say of a parameter.
+/// Description and prior of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterInfo {
     /// The parameter.
     pub parameter: Parameter,
-    /// Name in reports, with its unit where it has one.
+    /// Name in reports, with its unit if it has one.
     pub name: &'static str,
     /// Unit; empty for a pure number.
     pub unit: &'static str,
@@ -153,7 +153,8 @@ impl Parameter {
         &INFO[self.index()]
     }
 
-    /// Whether the elements do not feel the parameter: the normal force's curve, and what friction adds to the readings.
+    /// Whether the parameter has no influence on the elements: the normal force's curve, and the contributions of
+    /// friction to the readings.
     pub fn acts_on_readings_only(self) -> bool {
         matches!(
             self,

@@ -20,8 +20,8 @@ const SPREAD_RANGE: [f64; 2] = [-1.5, 1.0];
 
 /// Area over depth of the finger in Table 1 of Yoshida et al. 2011, A = 65.0 d^1.007 mm²: the fit of its four points.
 const TABLE_AREA: [f64; 2] = [65.0, 1.007];
-/// Standard deviation of the logarithm of the area between fingers at one depth: the area goes with the radius of the
-/// pad, and that with the finger's width, which scatters by about so much among grown-ups.
+/// Standard deviation of the logarithm of the area between fingers at one depth. The area is proportional to the radius
+/// of the pad, and the radius to the finger's width, which scatters by about as much among adults.
 const OTHER_AREA_SD: f64 = 0.08;
 
 /// Cubics in u = ln(depth / 0.9 mm) through the tables of a model file, and the elements to start from.
@@ -35,16 +35,16 @@ pub struct ReferenceCurves {
     yields: [[f64; 2]; ELEMENTS],
     /// The parameters' values for the finger of the file.
     pub mean: Parameters,
-    /// Standard deviation of the logarithm of the area, which forces do not tell.
+    /// Standard deviation of the logarithm of the area, which forces do not determine.
     pub ln_area_sd: f64,
 }
 
 impl ReferenceCurves {
     /// The curves of a model file's numbers.
     ///
-    /// `own`: whether the file's finger is the finger at hand. Otherwise the contact area of a measured finger is taken, with
-    /// its scatter, because forces do not tell the area, and yield positions of a spread from which the parameters reach other
-    /// fingers.
+    /// `own`: whether the file's finger is the measured finger. Otherwise the contact area of a measured finger from
+    /// the literature is taken, with its scatter, because forces do not determine the area, and yield positions of a
+    /// spread from which the parameters reach other fingers.
     pub fn from_model_data<const M: usize, const N: usize>(data: &DataOf<M, N>, own: bool) -> Self {
         let n = data.rows.len();
         let cell = f64::from(data.depth_max) / (n - 1) as f64;
@@ -79,8 +79,8 @@ impl ReferenceCurves {
         if own {
             mean[Parameter::YieldSpread] = spread_of(data, row, &yields);
         }
-        // Where friction lags behind its limit in a straight slide, the area between the two is the energy in full slip over
-        // the stiffness. It is asked to be the same, which leaves no step where a spring touches.
+        // If friction lags behind its limit in a straight slide, the area between the two is the energy in full slip
+        // over the stiffness. It is kept the same, so that there is no step where a spring touches.
         let spread = spread_out(&yields, mean[Parameter::YieldSpread]);
         let energy = moment(&spread, 1) * moment(&spread, -1) / moment(&spread, 0).powi(2);
         let stiffness = |row: &Row<M>| energy * at(&row.limit).powi(2) / (2.0 * shear_energy_n_mm(data, row));

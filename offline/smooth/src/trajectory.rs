@@ -1,11 +1,12 @@
 //! Motions of the plane, and eight of them side by side for the vector unit.
 //!
-//! Main types: [`Stroke`] (one run's motion), [`Trajectories`] (all runs), [`BatchedTrajectory`] (eight at once), [`BatchedSample`] (one
-//! sample of eight runs), [`Substep`] (one step of depth on the way to it).
+//! Main types: [`Stroke`] (one run's motion), [`Trajectories`] (all runs), [`BatchedTrajectory`] (eight at once),
+//! [`BatchedSample`] (one sample of eight runs), [`Substep`] (one step of depth within it).
 //!
-//! A lane of the vector unit is a run. Runs with equally many substeps share a batch; a lane that has arrived while
-//! another is on its way takes substeps without motion, one in the air or beyond its last sample takes any substeps at
-//! all, which are forgotten at touch. No lane reads another one: a run's readings do not depend on those beside it.
+//! A lane of the vector unit is a run. Runs with equally many substeps share a batch. A lane that has arrived while
+//! another is still moving takes substeps without motion; one in the air or beyond its last sample takes arbitrary
+//! substeps, whose result is discarded at touch. No lane reads another one: a run's readings do not depend on those
+//! beside it.
 
 use std::sync::{Arc, Mutex};
 
@@ -50,8 +51,8 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// Passes readings, three per sample, through the low-pass of the sensor: exact where the force between two samples is a straight line
-    /// over time. The filter starts settled.
+    /// Passes readings, three per sample, through the low-pass of the sensor: exact if the force between two samples is
+    /// linear in time. The filter starts settled.
     pub fn filter(&self, readings: &mut [f64]) {
         if !(self.time_constant_s > 0.0) {
             return;
@@ -94,7 +95,7 @@ impl DepthLanes {
         Self { mm, inside, beyond: u - inside }
     }
 
-    /// A cubic over u, which goes on outside the range as a straight line that rises by at least 0.1.
+    /// A cubic over u, which continues outside the range as a straight line that rises by at least 0.1.
     pub fn extended_cubic(&self, c: &[f64; 4]) -> f64x8 {
         let c = c.map(f64x8::splat);
         let u = self.inside;
@@ -120,13 +121,13 @@ pub(crate) struct BatchedSample {
     pub place: [Option<u32>; LANES],
     /// Whether the finger touches.
     pub in_contact: [bool; LANES],
-    /// 0 where the finger was in the air at the sample before, else 1.
+    /// 0 if the finger was in the air at the sample before, else 1.
     pub was_in_contact: f64x8,
     /// Displacement since the sample before, mm.
     pub slide_mm: [f64x8; 2],
     /// Cosine and sine of twice the direction, then of the direction.
     pub heading: [f64x8; 4],
-    /// Its substeps; none where all lanes are in the air.
+    /// Its substeps; none if all lanes are in the air.
     pub substeps: std::ops::Range<usize>,
 }
 
@@ -193,7 +194,7 @@ impl Trajectories {
         self.strokes.clone()
     }
 
-    /// The trajectory at the depths that changes leave, one a sample, stroke by stroke.
+    /// The trajectory at the depths after the changes, one a sample, stroke by stroke.
     pub(crate) fn under(&self, changes: &[ModelChange]) -> Arc<BatchedTrajectory> {
         if changes.iter().all(|c| c.depth_mm == 0.0) {
             return self.own.clone();

@@ -1,4 +1,4 @@
-//! How far the smooth model lies from the core's own step along strokes like those of a measured set.
+//! Difference of the smooth model from the core's own step along strokes like those of a measured set.
 
 use fingerpad::{Effects, ModelFile, Surroundings};
 use fingerpad_smooth::{ReferenceCurves, Sample, SmoothModel, Stroke, export_to_core, replay_stroke, simulate};

@@ -12,11 +12,11 @@ use super::reading::{law_of, place_of};
 /// Finger, law and depths of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CorrectedFinger {
-    /// Shape, where it is another than the one given.
+    /// Shape, if it differs from the given one.
     pub shape: Option<FingertipShape>,
     /// Configuration with stiffness, law and depths of the fit; its shape is still the given one.
     pub config: Config,
-    /// What of the fit a configuration cannot hold, in sentences.
+    /// Fitted effects that a configuration cannot represent, in sentences.
     pub left_out: Vec<String>,
 }
 
@@ -73,19 +73,19 @@ fn scaled(shape: &FingertipShape, size: f64, bone_mm: f64) -> FingertipShape {
     out
 }
 
-/// What acts on the instruments or changes with depth.
+/// Effects of the instruments, and effects that change with depth.
 fn left_out(values: &Values) -> Vec<String> {
     let mut out = Vec::new();
-    let mut tell = |parameter: Parameter, text: &str| {
+    let mut add = |parameter: Parameter, text: &str| {
         let value = values.get(parameter);
         if value != 0.0 {
             out.push(format!("{} = {value:.4}: {text}", parameter.name()));
         }
     };
-    tell(Parameter::NormalForceOffset, "the sensor reads this much more than presses the finger");
-    tell(Parameter::PullOff, "the sensor reads this much less at 63.5 mm², as the root of the area");
-    tell(Parameter::Tilt, "of the sensor's axes");
-    tell(Parameter::StrainStiffening, "the stiffness here is that at the middle depth of the table");
+    add(Parameter::NormalForceOffset, "the sensor reads this much more than presses the finger");
+    add(Parameter::PullOff, "the sensor reads this much less at 63.5 mm², as the root of the area");
+    add(Parameter::Tilt, "of the sensor's axes");
+    add(Parameter::StrainStiffening, "the stiffness here is that at the middle depth of the table");
     out
 }
 

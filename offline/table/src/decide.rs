@@ -1,4 +1,4 @@
-//! What the table cannot tell, and the experiment that would.
+//! Constants and effects that the table does not determine, and the experiment that would.
 
 use fingerpad_diagnose::{NextExperiment, PlannedRun, minutes};
 
@@ -10,14 +10,14 @@ use super::reading::{Surface, predict};
 /// Depths from which the plan chooses, as shares of the table's least and largest, and their number.
 const RANGE: [f64; 2] = [0.6, 1.15];
 const DEPTHS: usize = 12;
-/// Depths of the plan, and how often each is approached.
+/// Depths of the plan, and the number of approaches to each.
 const CHOSEN: usize = 3;
 const REPEATS: usize = 3;
 /// Error of a reading in the plan, as a share, and of an unloaded reading, N.
 const READING: f64 = 0.03;
 const UNLOADED_N: f64 = 0.003;
 
-/// Rival fits and the surface that they stand on.
+/// Rival fits and their surface.
 pub struct Rivals<'a> {
     /// The table.
     pub table: &'a MeasuredTable,
@@ -67,7 +67,7 @@ impl Rivals<'_> {
         order.sort_by(|a, b| least(*b).total_cmp(&least(*a)));
         let mut chosen: Vec<usize> = Vec::new();
         for k in order {
-            // Neighbours say the same.
+            // Neighbours give the same information.
             if chosen.len() < CHOSEN && chosen.iter().all(|c| c.abs_diff(k) > 2) {
                 chosen.push(k);
             }

@@ -1,4 +1,4 @@
-//! Steady slides of the finite elements for the surface and for checks of what it says.
+//! Steady slides of the finite elements, for the regression surface and for checks of it.
 //!
 //! Main type: [`FiniteElements`].
 
@@ -52,14 +52,14 @@ pub struct FiniteElements<'e, 'm> {
     pub base: RubberFriction,
     /// Deepest place that the finger has room for, mm.
     pub deepest_mm: f64,
-    /// Steady slides that are still to come, as far as is known.
+    /// Expected number of further steady slides.
     pub expected: usize,
-    /// Slides asked for so far.
-    pub asked: usize,
+    /// Number of requested slides.
+    pub requested: usize,
 }
 
 impl FiniteElements<'_, '_> {
-    /// The answer at places that share law and bone clearance; none where no steady slide is found.
+    /// The response at places that share law and bone clearance; none if no steady slide is found.
     ///
     /// # Errors
     /// [`TableError::Fe`] that is not of one place.
@@ -84,8 +84,8 @@ impl FiniteElements<'_, '_> {
                     }
                     break;
                 }
-                // A slide that is not found is not looked for again; the others are kept. It fails on its way from the
-                // slot's last law, whose depth is the same or near.
+                // A slide that is not found is not searched again; the others are kept. The move fails from the slot's
+                // last law, whose depth is the same or near.
                 Err(IdentifyError::Steady { depth_mm, .. } | IdentifyError::BesidePad { depth_mm, .. })
                     if left.len() > 1 =>
                 {
@@ -103,12 +103,15 @@ impl FiniteElements<'_, '_> {
                 Err(error) => return Err(error.into()),
             }
         }
-        self.asked += places.len();
-        (self.evaluator.hooks.tell)("finite elements", &format!("{}/{}", self.asked, self.expected.max(self.asked)));
+        self.requested += places.len();
+        (self.evaluator.hooks.report_progress)(
+            "finite elements",
+            &format!("{}/{}", self.requested, self.expected.max(self.requested)),
+        );
         Ok(answers)
     }
 
-    /// Key under which the cache remembers that a slide is not found, so that a run that goes on is the run in one go.
+    /// Key under which the cache records that a slide is not found, so that a resumed run gives the same result.
     fn failure(&self, bone_mm: f64, query: &Query) -> Key {
         let (config, tolerance) = (self.evaluator.config, self.evaluator.settings.tolerance);
         let finger = (&self.shape, bone_mm.to_bits(), config.mesh_preset, &config.tissue, config.numerics);

@@ -1,6 +1,6 @@
-//! Fits of a model's free parameters to the table, with what is known of them before, and the model's evidence.
+//! Fits of a model's free parameters to the table, with their priors, and the model's evidence.
 //!
-//! Main types: [`Model`] (which effects are switched on), [`Fitted`].
+//! Main types: [`Model`] (the effects that are switched on), [`Fitted`].
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -13,13 +13,13 @@ use super::measured::{Measured, MeasuredTable};
 use super::parameters::{CONSTANTS, Effect, Parameter, Values};
 use super::reading::{Surface, predict};
 
-/// Standard deviation of the logarithm of the table's noise over what is stated for it: without a spread the
-/// statement is an assumption, with one it is an estimate from few repeats.
+/// Standard deviation of the logarithm of the table's noise over its stated value: without a spread the stated value is
+/// an assumption, with one it is an estimate from few repeats.
 const NOISE_SCATTER: [f64; 2] = [0.4, 0.15];
 /// Rounds in which fit and noise settle.
 const NOISE_ROUNDS: usize = 4;
 
-/// Effects of a model, beside the constants of the finger where these are free.
+/// Effects of a model, besides the constants of the finger if these are free.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Model {
     /// The effects.
@@ -34,7 +34,7 @@ impl Model {
         Self { effects: effects.to_vec(), with_constants: true }
     }
 
-    /// The effects alone: all else stays as it was calibrated.
+    /// The effects alone: all other parameters keep their calibrated values.
     pub fn alone(effects: &[Effect]) -> Self {
         Self { effects: effects.to_vec(), with_constants: false }
     }
@@ -71,21 +71,21 @@ pub struct Fitted {
     pub readings: Vec<[f64; 3]>,
     /// Root mean square of the relative differences model over measurement, all numbers of the table, %.
     pub rms_percent: f64,
-    /// −2 log evidence: misfit, what the priors cost, and the width of the posterior within them. Smaller is better.
+    /// −2 log evidence: misfit, cost of the priors, and the width of the posterior within them. Smaller is better.
     pub cost: f64,
-    /// Factor on the stated errors that the fit asks for.
+    /// Fitted factor on the stated errors.
     pub noise: f64,
     /// Probability of a misfit as large under the stated errors.
     pub p_misfit: f64,
 }
 
-/// A fit's problem: what is measured, and where the constants start.
+/// Input of a fit: the measured table, and the starting values of the constants.
 pub struct Task<'a> {
     /// The table.
     pub table: &'a MeasuredTable,
     /// Numbers that are fitted.
     pub numbers: Vec<Measured>,
-    /// Values of what is not free, and where the free ones start.
+    /// Values of the fixed parameters, and starting values of the free ones.
     pub start: Values,
     /// Values about which the priors lie: the finger as it was modelled under the published law.
     pub prior: Values,
@@ -180,7 +180,7 @@ struct LeastSquares<'a, 't> {
     task: &'a Task<'t>,
     surface: &'a dyn Surface,
     free: &'a [Parameter],
-    /// Values of what is not free.
+    /// Values of the fixed parameters.
     values: Values,
     /// Factor on the stated errors.
     noise: f64,

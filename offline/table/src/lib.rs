@@ -1,13 +1,14 @@
-//! A measured table against the finite elements: the gap cell by cell, every candidate for what closes it, the verdict.
+//! A measured table against the finite elements: the gap cell by cell, every candidate explanation, the verdict.
 //!
-//! [`diagnose`] does it all from an [`Input`] and returns a [`Finding`]: the report, the corrected configuration and the
-//! corrected table. The finite elements (crate identify: steady slides, cached) are run on a small design over depth,
-//! law and bone clearance; candidates are fitted on a regression through it and checked by finite elements at their ends.
-//! Effects of the instruments need no finite elements of their own.
-//! May use: the crates identify, diagnose (the report's form), fe and formats.
+//! [`diagnose`] turns an [`Input`] into a [`Finding`]: the report, the corrected configuration and the corrected table.
+//! The finite elements (crate identify: steady slides, cached) are run on a small design over depth, law and bone
+//! clearance; candidates are fitted on a regression through it and checked by finite elements at their ends. Effects of
+//! the instruments need no finite elements of their own. May use: the crates identify, diagnose (the report's form), fe
+//! and formats.
 
 mod corrected;
 mod decide;
+mod finding_builder;
 mod finite_elements;
 mod fit;
 mod measured;
@@ -17,7 +18,6 @@ mod procedure;
 mod reading;
 mod search;
 mod surface;
-mod telling;
 mod verdict;
 
 pub use corrected::CorrectedFinger;
@@ -40,7 +40,7 @@ pub enum TableError {
     /// The table does not suffice.
     #[error("{0}")]
     TooLittle(String),
-    /// The finger is none that can be varied.
+    /// The finger is of a kind that cannot be varied.
     #[error("{0}")]
     Geometry(String),
     /// Too many of the finite elements' slides were not found.
@@ -49,7 +49,7 @@ pub enum TableError {
         /// Their number.
         found: usize,
     },
-    /// The finite elements or a fit failed, or the caller asked to stop.
+    /// The finite elements or a fit failed, or the caller requested the end.
     #[error(transparent)]
     Fe(#[from] IdentifyError),
     /// The configuration cannot be run.

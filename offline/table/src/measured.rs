@@ -1,4 +1,4 @@
-//! The measured table as the diagnosis sees it: cells with their errors, depths in rising order.
+//! The measured table as input of the diagnosis: cells with their errors, depths in rising order.
 
 use fingerpad_identify::table_csv::{Cell, PartialRow};
 
@@ -68,7 +68,7 @@ impl MeasuredTable {
         let count = table.numbers().len();
         if count < 6 {
             return Err(TableError::TooLittle(format!(
-                "{count} measured numbers beside the depths; at least 6 are needed to tell an effect from three constants"
+                "{count} measured numbers beside the depths; at least 6 are needed to distinguish an effect from three constants"
             )));
         }
         Ok(table)
@@ -93,12 +93,12 @@ impl MeasuredTable {
         out
     }
 
-    /// Whether every cell brings its spread.
+    /// Whether every cell has its own spread.
     pub fn has_spread(&self) -> bool {
         self.rows.iter().flat_map(Self::cells).flatten().all(|cell| cell.sd.is_some())
     }
 
-    /// Whether a quantity was measured at all.
+    /// Whether a quantity was measured.
     pub fn has(&self, quantity: usize) -> bool {
         self.rows.iter().any(|r| Self::cells(r)[quantity].is_some())
     }
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!((numbers.len(), numbers[2].slot, numbers[1].quantity), (8, 0, 1));
         assert!((numbers[0].relative_sd - 0.02).abs() < 1e-12 && numbers[1].relative_sd == ASSUMED_SD);
         assert!(!table.has_spread() && table.has(1) && !table.has(2));
-        let told = MeasuredTable::new(vec![row(1.0, None), row(0.5, None), row(1.0, None)]).unwrap_err().to_string();
-        assert!(told.contains("3 row(s) at 2 depth(s)"), "{told}");
+        let message = MeasuredTable::new(vec![row(1.0, None), row(0.5, None), row(1.0, None)]).unwrap_err().to_string();
+        assert!(message.contains("3 row(s) at 2 depth(s)"), "{message}");
     }
 }

@@ -1,10 +1,10 @@
-//! What a diagnosis of a table tells, as plain data: section `table` of `report.json`.
+//! Result of a diagnosis of a table, as plain data: section `table` of `report.json`.
 
 use serde::{Deserialize, Serialize};
 
 use fingerpad_diagnose::{Diagnosis, FittedParameter};
 
-/// Report of a diagnosis of a table: the fields of every diagnosis, and what the table adds.
+/// Report of a diagnosis of a table: the fields of every diagnosis, and those of the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableReport {
     /// Verdict, effects, next experiment, provenance.
@@ -37,13 +37,13 @@ pub struct TableSection {
     pub cells: Vec<CellGap>,
     /// Every effect alone and every pair.
     pub candidates: Vec<CandidateReport>,
-    /// Names of the candidates that the table cannot tell apart, the best one first.
+    /// Names of the candidates that the table cannot distinguish, the best one first.
     pub contenders: Vec<String>,
-    /// Factor on the stated errors that the corrected model asks for.
+    /// Factor on the stated errors that was fitted with the corrected model.
     pub noise_factor: f64,
-    /// Whether every cell came with its spread; otherwise 5 % are assumed.
+    /// Whether every cell has its own spread; otherwise 5 % are assumed.
     pub spread_given: bool,
-    /// What the table cannot tell, in sentences.
+    /// Constants and effects that the table does not determine, in sentences.
     pub cannot_tell: Vec<String>,
     /// The experiment that would decide, in sentences.
     pub decides: Vec<String>,
@@ -80,7 +80,7 @@ pub struct LawConstants {
 pub struct Step {
     /// `as_given`, `calibrated`, `constants`, `four_constants` or `corrected`.
     pub name: String,
-    /// What moves, in words.
+    /// The free parameters, in words.
     pub words: String,
     /// Numbers that were fitted.
     pub freedoms: usize,
@@ -88,7 +88,7 @@ pub struct Step {
     pub rms_percent: f64,
 }
 
-/// One number of the table with the models' answers.
+/// One number of the table with the models' predictions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellGap {
     /// Row of the table, from 1.
@@ -115,7 +115,7 @@ pub struct CellGap {
     pub corrected: f64,
     /// Its gap, %.
     pub corrected_percent: f64,
-    /// The measurement without what the instruments add.
+    /// The measurement without the effects of the instruments.
     pub measured_corrected: f64,
 }
 
@@ -132,7 +132,7 @@ pub struct CandidateReport {
     pub freedoms: usize,
     /// Root mean square gap after, all numbers of the table, %.
     pub rms_percent: f64,
-    /// The same where the effects alone move and the finger stays as calibrated, %.
+    /// The same with free effects and the calibrated finger, %.
     pub alone_rms_percent: f64,
     /// Root mean square error at depths that were left out and predicted, %.
     pub left_out_rms_percent: Option<f64>,

@@ -1,4 +1,4 @@
-//! What may differ between the simulated and the real experiment: constants of the finger, and effects.
+//! Possible differences between the simulated and the real experiment: constants of the finger, and effects.
 //!
 //! Main types: [`Parameter`], [`Values`] (one number for each), [`Effect`] (a named group of them).
 
@@ -25,7 +25,7 @@ pub enum Parameter {
     StrainStiffening,
     /// Pull-off W: the sensor reads W sqrt(A/63.5 mm²) less than the elastic load, N.
     PullOff,
-    /// What the sensor of the normal force reads without load, N.
+    /// Reading of the normal force's sensor without load, N.
     NormalForceOffset,
     /// Angle of the sensor's normal axis to the plane's, degrees; positive where friction lowers the normal reading.
     Tilt,
@@ -60,11 +60,12 @@ pub struct Prior {
 }
 
 impl Parameter {
-    /// What is known of it before the table.
+    /// The prior before the table is read.
     ///
-    /// Stiffness and strength differ between subjects by far more than a table tells; the exponents of fingers lie
-    /// between F ~ N^(2/3) and F ~ N (Dzidek et al. 2014), where 0 to 1 is beta; pull-off forces of fingertips were found up to 15 mN (Spinner,
-    /// Wiechert & Gorb 2016); normal zeros of force plates in use drift by 0.1 N. Depth errors have their column.
+    /// The differences of stiffness and strength between subjects are far larger than their error after a fit. The
+    /// exponents of fingers lie between F ~ N^(2/3) and F ~ N (Dzidek et al. 2014), that is beta between 0 and 1.
+    /// Pull-off forces of fingertips up to 15 mN were found (Spinner, Wiechert & Gorb 2016). Normal zeros of force
+    /// plates in use drift by 0.1 N. Depth errors have their column.
     pub fn prior(self) -> Prior {
         let (sd, bounds) = match self {
             LnStiffness => (0.7, [-1.6, 1.6]),
@@ -152,7 +153,7 @@ fn place(parameter: Parameter) -> usize {
     SCALARS.iter().position(|p| *p == parameter).expect("every other parameter is listed")
 }
 
-/// A candidate for what the simulation lacks.
+/// A candidate explanation of the gap between simulation and measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Effect {
@@ -164,7 +165,7 @@ pub enum Effect {
     DepthZero,
     /// The tissue is stiffer or softer.
     TissueStiffness,
-    /// The tissue stiffens with depth more, or less, than its law says.
+    /// The tissue stiffens with depth more, or less, than by its law.
     StrainStiffening,
     /// Strength at zero pressure.
     Tau0,

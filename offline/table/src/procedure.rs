@@ -8,6 +8,7 @@ use fingerpad_identify::{Evaluator, FeModel, Hooks, LawPoint, Settings, StateCac
 
 use super::TableError;
 use super::corrected::CorrectedFinger;
+use super::finding_builder::{Before, FindingBuilder};
 use super::finite_elements::FiniteElements;
 use super::fit::{Model, Task};
 use super::measured::MeasuredTable;
@@ -16,7 +17,6 @@ use super::parameters::{Effect, Parameter, Values};
 use super::reading::{Elastic, Surface, place_of, predict, read};
 use super::search::{Search, exact, testable};
 use super::surface::FittedSurface;
-use super::telling::{Before, Telling};
 use super::verdict::Answer;
 
 /// Deepest place as a share of the clearance under the bone.
@@ -34,25 +34,25 @@ pub struct Input<'a> {
     pub jobs: usize,
 }
 
-/// What came of it.
+/// Result of a diagnosis of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The report, its input and times still empty.
     pub report: TableReport,
-    /// The answer in sentences.
+    /// The result in sentences.
     pub sentences: Vec<String>,
     /// Finger and law of the best explanation.
     pub corrected: CorrectedFinger,
-    /// The table with what the instruments add taken off, as CSV that `identify` and `build` take.
+    /// The table without the effects of the instruments, as CSV for `identify` and `build`.
     pub corrected_csv: String,
     /// Measured, modelled before and after, side by side, as CSV.
     pub side_by_side_csv: String,
 }
 
-/// Diagnoses a table. Finished slides go to `cache` and are taken from there.
+/// Diagnoses a table. Finished slides are stored in `cache` and read from there.
 ///
 /// # Errors
-/// [`TableError`]; [`TableError::Fe`] with `Interrupted` where the caller asked to stop.
+/// [`TableError`]; [`TableError::Fe`] with `Interrupted` if the caller requested the end.
 pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Finding, TableError> {
     let config = input.config;
     if config.volume.is_some() || config.imported.is_some() {
@@ -77,7 +77,7 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
         base: config.friction,
         deepest_mm,
         expected: 0,
-        asked: 0,
+        requested: 0,
     };
     let law = LawPoint::of(&config.friction);
     let surface = fe.surface(&law, &table.depths_mm, true)?;
@@ -85,8 +85,8 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
     let calibrated = calibrate(table, &surface, &published)?;
     let (effects, untested) = testable(table, &surface);
     let search = Search { task: Task::all(table, calibrated.clone(), published.clone()), surface: &surface, effects };
-    // Three rounds each for what is alone, and as many for the pairs that come near.
-    fe.expected = fe.asked + 3 * (search.effects.len() + 8) * table.depths_mm.len();
+    // Three rounds for each single effect, and as many for the best pairs.
+    fe.expected = fe.requested + 3 * (search.effects.len() + 8) * table.depths_mm.len();
     let candidates = search.run(&mut |values| exact(&mut fe, &table.depths_mm, values))?;
     let answer = Answer::of(table, &candidates);
     let before = Before {
@@ -102,15 +102,21 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
         computed: evaluator.computed(),
         regression_percent: surface.rms.map(|r| 100.0 * r),
     };
-    let telling =
-        Telling { input, shape: &shape, surface: &surface, candidates: &candidates, answer: &answer, before: &before };
-    Ok(telling.finding(used, &untested))
+    let finding_builder = FindingBuilder {
+        input,
+        shape: &shape,
+        surface: &surface,
+        candidates: &candidates,
+        answer: &answer,
+        before: &before,
+    };
+    Ok(finding_builder.finding(used, &untested))
 }
 
 fn check_depths(table: &MeasuredTable, deepest_mm: f64) -> Result<(), TableError> {
     match table.depths_mm.last() {
         Some(&deepest) if !(deepest < deepest_mm) => Err(TableError::TooLittle(format!(
-            "depth_mm {deepest} comes too near to the bone (at most {deepest_mm:.2} mm on this finger); are columns or \
+            "depth_mm {deepest} is too near to the bone (at most {deepest_mm:.2} mm on this finger); are columns or \
              units mixed up, or is the finger another (--shape)?"
         ))),
         _ => Ok(()),
@@ -118,7 +124,7 @@ fn check_depths(table: &MeasuredTable, deepest_mm: f64) -> Result<(), TableError
 }
 
 /// Stiffness and touch point from normal force and area, under the power law through the table's mean stresses: as
-/// `identify` calibrates. Where the table has neither, the finger stays as given.
+/// `identify` calibrates. If the table has neither, the finger is unchanged.
 fn calibrate(table: &MeasuredTable, surface: &dyn Surface, published: &Values) -> Result<Values, TableError> {
     let law = mean_field(table);
     let start = law.map_or_else(
@@ -156,7 +162,7 @@ fn mean_field(table: &MeasuredTable) -> Option<[f64; 2]> {
     })
 }
 
-/// Readings by the finite elements, by the regression where a slide is not found.
+/// Readings by the finite elements, or by the regression if a slide is not found.
 fn readings(
     fe: &mut FiniteElements,
     surface: &FittedSurface,

@@ -1,6 +1,7 @@
-//! From the finger's elastic response to what the instruments read.
+//! From the finger's elastic response to the readings of the instruments.
 //!
-//! Main types: [`Elastic`] (what the finite elements give at a place), [`Surface`] (gives it anywhere near the table).
+//! Main types: [`Elastic`] (response of the finite elements at a place), [`Surface`] (the response anywhere near the
+//! table).
 
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_identify::LawPoint;
@@ -22,7 +23,7 @@ pub struct Elastic {
     pub friction_n: f64,
 }
 
-/// Where an elastic response is wanted, on a finger of stiffness and size 1.
+/// Place of a requested elastic response, on a finger of stiffness and size 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticPlace {
     /// Depth, mm.
@@ -39,7 +40,7 @@ pub trait Surface {
     fn at(&self, place: &ElasticPlace) -> Elastic;
 }
 
-/// Factors that bring an elastic response at a place to the finger that it stands for.
+/// Factors from an elastic response at a place to that of the scaled finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaling {
     /// Factor on stresses.
@@ -75,7 +76,7 @@ pub fn law_of(values: &Values) -> LawPoint {
     }
 }
 
-/// The law on a finger of stiffness 1 that answers to `law` on a finger of stiffness `stiffness`.
+/// The law on a finger of stiffness 1 that gives the response of `law` on a finger of stiffness `stiffness`.
 fn unscaled(law: &LawPoint, stiffness: f64) -> LawPoint {
     let law = law.friction(&RubberFriction::default());
     LawPoint::of(&RubberFriction {
@@ -86,7 +87,7 @@ fn unscaled(law: &LawPoint, stiffness: f64) -> LawPoint {
 }
 
 impl Scaling {
-    /// The response of the finger that the scaling stands for.
+    /// The response of the scaled finger.
     pub fn apply(&self, elastic: &Elastic) -> Elastic {
         let area = self.size * self.size;
         Elastic {
@@ -100,7 +101,7 @@ impl Scaling {
 /// Smallest normal reading that a ratio is taken of, N.
 const LEAST_READING_N: f64 = 1e-3;
 
-/// What the instruments read of a response: normal force, contact area, friction coefficient.
+/// Readings of the instruments for a response: normal force, contact area, friction coefficient.
 pub fn read(values: &Values, finger: &Elastic) -> [f64; 3] {
     let pull = values.get(Parameter::PullOff) * (finger.area_mm2 / ADHESION_AREA_MM2).sqrt();
     let (sin, cos) = values.get(Parameter::Tilt).to_radians().sin_cos();
@@ -115,7 +116,7 @@ pub fn read(values: &Values, finger: &Elastic) -> [f64; 3] {
 ///
 /// * `area_mm2`: contact area, for the pull-off
 ///
-/// None where nothing of the load is left.
+/// None if the corrected load is not positive.
 pub fn corrected(values: &Values, normal_n: f64, coefficient: f64, area_mm2: f64) -> Option<[f64; 2]> {
     let (sin, cos) = values.get(Parameter::Tilt).to_radians().sin_cos();
     let (normal, friction) = (normal_n - values.get(Parameter::NormalForceOffset), coefficient * normal_n);
@@ -153,7 +154,7 @@ mod tests {
         }
     }
 
-    /// What the instruments add is taken off again.
+    /// The correction inverts the effects of the instruments.
     #[test]
     fn a_corrected_reading_is_the_elastic_one() {
         let finger = Elastic { normal_n: 0.21, area_mm2: 60.0, friction_n: 0.4 };

@@ -15,7 +15,7 @@ use super::verdict::APART;
 const CHECK_ROUNDS: usize = 3;
 /// Change of a correction (of a logarithm) below which they have.
 const SETTLED: f64 = 0.003;
-/// Pairs that are checked by the finite elements: the best, as far as the surface says.
+/// Pairs that are checked by the finite elements: the best by the regression surface.
 const CHECKED_PAIRS: usize = 6;
 /// Excess of a pair's cost beyond which it is not checked.
 const FAR: f64 = 12.0;
@@ -27,16 +27,16 @@ pub struct Candidate {
     pub fitted: Fitted,
     /// Root mean square difference where the effects alone move, %.
     pub alone_rms_percent: f64,
-    /// Root mean square error at depths left out and predicted, %; `None` where too little is left to fit.
+    /// Root mean square error at depths left out and predicted, %; `None` if too little is left to fit.
     pub left_out_rms_percent: Option<f64>,
     /// Whether the numbers are those of finite elements at the fit's end, not of the surface.
     pub checked: bool,
 }
 
-/// The finite elements at the ends of the fits, where there are any; tests have surfaces only.
+/// The finite elements at the ends of the fits, if there are any; tests have surfaces only.
 pub type Check<'c> = dyn FnMut(&Values) -> Result<Option<Vec<Elastic>>, TableError> + 'c;
 
-/// What is searched with.
+/// Inputs of the search.
 pub struct Search<'a> {
     /// Table, start, prior.
     pub task: Task<'a>,
@@ -55,7 +55,7 @@ pub fn testable(table: &MeasuredTable, surface: &FittedSurface) -> (Vec<Effect>,
             Effect::NormalForceZero | Effect::Adhesion if !force && !friction => "no column of forces",
             Effect::SensorTilt | Effect::Tau0 | Effect::Exponent if !friction => "no column friction_coefficient",
             Effect::TissueStiffness | Effect::StrainStiffening if !force => "no column normal_force_n",
-            Effect::Geometry if !surface.knows_bone() => {
+            Effect::Geometry if !surface.has_bone_terms() => {
                 "the finger's geometry has no bone clearance that can be varied"
             }
             _ => continue,
@@ -95,7 +95,7 @@ impl Search<'_> {
         let least = (0..candidates.len()).map(|k| cost(&k)).fold(f64::INFINITY, f64::min);
         let singles: Vec<usize> = (0..candidates.len()).filter(|k| effects(k).len() < 2).collect();
         let near = |e: &Effect| singles.iter().any(|k| effects(k) == &[*e] && cost(k) < least + APART);
-        // A constant in a pair adds nothing to what is fitted beside the constants anyway.
+        // A constant in a pair adds no freedom, because the constants are fitted anyway.
         let own = |k: &usize| effects(k).len() == 2 && !effects(k).iter().any(|e| e.is_constant() || near(e));
         let mut pairs: Vec<usize> = (0..candidates.len()).filter(|k| own(k) && cost(k) < least + FAR).collect();
         pairs.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
@@ -160,7 +160,7 @@ impl Search<'_> {
                 return Ok(None);
             }
             let fitted = part.fit_from(surface, model, from.clone())?;
-            // An error of this depth alone cannot be known from the others; its prior takes it back to none.
+            // An error of this depth alone cannot be estimated from the others; its prior sets it to zero.
             let readings = predict(surface, &fitted.values, &table.depths_mm);
             let own: Vec<_> = self.task.numbers.iter().copied().filter(|m| m.slot == slot).collect();
             sum += rms_percent(&own, &readings).powi(2) * own.len() as f64;
@@ -169,7 +169,7 @@ impl Search<'_> {
     }
 }
 
-/// The finite elements at the values of a fit; `None` where one of the slides is not found.
+/// The finite elements at the values of a fit; `None` if one of the slides is not found.
 ///
 /// # Errors
 /// [`TableError`].

@@ -1,8 +1,9 @@
 //! The elastic response between computed steady slides: a regression over depth, law and bone clearance.
 //!
-//! Main type: [`FittedSurface`]. What is regressed are the logarithms of normal force and area, and that of the mean
-//! shear stress over the law's strength at the mean pressure, which varies far less than friction itself. A mesh makes
-//! contact point by point, so that its answers have kinks of a per cent; the regression goes through their middle.
+//! Main type: [`FittedSurface`]. The regressed quantities are the logarithms of normal force and area, and that of the
+//! mean shear stress over the law's strength at the mean pressure, which varies far less than friction itself. On a
+//! mesh contact grows point by point, so that the responses have kinks of a per cent; the regression goes through their
+//! middle.
 
 use nalgebra::DMatrix;
 
@@ -15,7 +16,7 @@ use super::reading::{Elastic, ElasticPlace, Surface};
 const LAW_TERMS: usize = 18;
 const BONE_TERMS: usize = 4;
 
-/// A regression of the finite elements' answers.
+/// A regression of the finite elements' responses.
 #[derive(Clone, Debug)]
 pub struct FittedSurface {
     base: RubberFriction,
@@ -26,7 +27,7 @@ pub struct FittedSurface {
     /// Coefficients of the three logarithms; shape (terms, 3).
     law: DMatrix<f64>,
     bone: Option<DMatrix<f64>>,
-    /// Root mean square differences from the answers, of the three logarithms.
+    /// Root mean square residuals of the three logarithms.
     pub rms: [f64; 3],
 }
 
@@ -39,9 +40,10 @@ fn logarithms(elastic: &Elastic, law: &LawPoint, base: &RubberFriction) -> [f64;
 }
 
 impl FittedSurface {
-    /// The regression through `answers`; those with another bone clearance than 0 need answers without at the same law.
+    /// The regression through `answers`; one with another bone clearance than 0 requires one with clearance 0 at the
+    /// same law.
     ///
-    /// None where there are fewer answers than terms.
+    /// None if there are fewer responses than terms.
     pub fn through(answers: &[(ElasticPlace, Elastic)], base: RubberFriction) -> Option<Self> {
         let (plain, moved): (Vec<_>, Vec<_>) = answers.iter().partition(|(place, _)| place.bone_mm == 0.0);
         if plain.len() < LAW_TERMS + 4 {
@@ -63,8 +65,8 @@ impl FittedSurface {
         if moved.len() >= BONE_TERMS {
             let terms = |i: usize| out.bone_terms(self::coordinates(&moved[i].0)[0], moved[i].0.bone_mm);
             let matrix = DMatrix::from_fn(moved.len(), BONE_TERMS, |i, j| terms(i)[j]);
-            // Against the answer at the same depth and law without the change, so that the kinks of the mesh at
-            // one place do not count twice.
+            // Against the response at the same depth and law without the change, so that the kinks of the mesh at one
+            // place do not count twice.
             let wanted = DMatrix::from_fn(moved.len(), 3, |i, k| {
                 let (place, elastic) = moved[i];
                 let same = plain.iter().find(|(p, _)| p.depth_mm == place.depth_mm && p.law == place.law);
@@ -77,7 +79,7 @@ impl FittedSurface {
     }
 
     /// Whether the bone clearance has an effect in it.
-    pub fn knows_bone(&self) -> bool {
+    pub fn has_bone_terms(&self) -> bool {
         self.bone.is_some()
     }
 

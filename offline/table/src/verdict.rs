@@ -1,4 +1,4 @@
-//! The answer: which candidates explain the table, and whether it can tell them apart.
+//! The verdict: the candidates that explain the table, and whether it can distinguish them.
 //!
 //! Main type: [`Answer`].
 
@@ -7,24 +7,24 @@ use fingerpad_diagnose::Verdict;
 use super::measured::MeasuredTable;
 use super::search::Candidate;
 
-/// Difference of costs (−2 log evidence) up to which two explanations cannot be told apart: odds of 20 to 1.
+/// Difference of costs (−2 log evidence) up to which two explanations cannot be distinguished: odds of 20 to 1.
 pub const APART: f64 = 6.0;
-/// Gain over the finger's constants alone that the best explanation must bring before any is told, and the one that is
-/// named by itself.
+/// Gain over the finger's constants alone that the best explanation needs before any is reported, and the gain for
+/// naming a single one.
 const GAIN: f64 = 8.0;
 /// Probability of the misfit under the stated errors below which nothing explains the table.
 const MISFIT: f64 = 1e-3;
 /// Factor on assumed errors beyond which nothing explains the table: cells off by 12 %.
 const ASSUMED_NOISE: f64 = 2.4;
 
-/// What the candidates come to.
+/// The verdict on the candidates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// The verdict.
     pub verdict: Verdict,
-    /// Index of the best model among the candidates; the constants alone where nothing is claimed.
+    /// Index of the best model among the candidates; the constants alone if no effect is claimed.
     pub best: usize,
-    /// Indices of the models that the table cannot tell from the best one, itself first.
+    /// Indices of the models that the table cannot distinguish from the best one, which is the first.
     pub contenders: Vec<usize>,
 }
 
@@ -63,7 +63,7 @@ impl Answer {
     }
 }
 
-/// Whether a model leaves more than the errors allow.
+/// Whether the residual of a model exceeds the errors.
 fn misfits(table: &MeasuredTable, candidate: &Candidate) -> bool {
     if table.has_spread() { candidate.fitted.p_misfit < MISFIT } else { candidate.fitted.noise > ASSUMED_NOISE }
 }

@@ -1,7 +1,7 @@
 //! Effects planted in tables of a pad whose response is known, with noise: the verdict never names a wrong one.
 //!
 //! The pad is a plane cut of a soft body, area proportional to depth and load to its square (as Table 1 of Yoshida et
-//! al. 2011), with a parabola of pressure. It stands in for the finite elements, so that hundreds of tables are judged;
+//! al. 2011), with a parabola of pressure. It replaces the finite elements, so that hundreds of tables are judged;
 //! tables made by the finite elements are judged in `tests/tests/all/table.rs`.
 
 use fingerpad_diagnose::Verdict;
@@ -78,7 +78,7 @@ fn judge(table: &MeasuredTable) -> (Answer, Vec<Candidate>) {
     (Answer::of(table, &candidates), candidates)
 }
 
-/// Whether the planted effects are all in the best explanation or in one that the table cannot tell from it.
+/// Whether the planted effects are all in the best explanation or in one that the table cannot distinguish from it.
 fn holds(answer: &Answer, candidates: &[Candidate], truth: &[Effect]) -> bool {
     answer.contenders.iter().any(|k| {
         let found = &candidates[*k].fitted.model.effects;
@@ -145,7 +145,7 @@ fn score(
     out
 }
 
-/// Effects with a size that a table of some per cent can show, and where it may hide.
+/// Effects with their parameters, each of a size that a table with some per cent of noise can show.
 fn truths() -> Vec<Vec<(Effect, Parameter, f64)>> {
     use Parameter as P;
     vec![
@@ -185,7 +185,7 @@ fn no_effect_is_ever_named_wrongly() {
     assert_eq!(total.wrong + clean.wrong, 0, "wrong names");
     assert_eq!(clean.named, 0, "{clean:?}");
     assert!(clean.none >= 7, "{clean:?}");
-    // Small effects under 10 % of noise stay unnamed; every second effect is found all the same.
+    // Small effects under 10 % of noise are not named; every second effect is found nevertheless.
     assert!(total.named + total.ambiguous_with >= 36, "{total:?}");
     assert!(total.ambiguous_without <= 3, "{total:?}");
 }

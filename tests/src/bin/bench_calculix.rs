@@ -18,7 +18,7 @@ use fingerpad_tests::calculix::*;
 const DEPTH_MM: f64 = 1.5;
 /// Slide of ours, mm.
 const SLIDE_MM: f64 = 6.0;
-/// Slide after which CalculiX is asked to stop, mm.
+/// Slide after which CalculiX's run ends, mm.
 const CALCULIX_SLIDE_MM: f64 = 0.5;
 /// Elastic slip of our Coulomb run, mm, and stick slope of CalculiX's, MPa/mm.
 const STICK: (f64, f64) = (1e-3, 5.0);
@@ -45,12 +45,12 @@ fn main() -> ExitCode {
     if press && slide { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// What of the finger we compute.
+/// Model of the finger in this program.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
     /// The whole, as CalculiX does.
     Whole,
-    /// The half that stands for it on a straight path, as the program does by itself.
+    /// The half that represents it on a straight path, as the program does by itself.
     Half,
 }
 
@@ -190,7 +190,7 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
     let friction = Friction { mu: MU, stick_slope_mpa_mm: STICK.1 };
     let steps = vec![short_press(&[DEPTH_MM]), Step::slide_x(DEPTH_MM, &[CALCULIX_SLIDE_MM])];
     let what = format!("Coulomb mu {MU}, stick slope {} MPa/mm", STICK.1);
-    // Its folder is kept to see how far a slide came that the time limit cut.
+    // The folder is kept to read the progress of a slide that the time limit ended.
     let folder = tempfile::tempdir().expect("a temporary folder");
     let runner = Runner { timeout: limit, folder: Some(folder.path().to_owned()), ..Runner::default() };
     let (whole, stopped) = run_calculix_with(&runner, &case.deck(&finger, Some(friction), steps));
@@ -198,7 +198,7 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
     print_calculix(&format!("{what}, press and slide, {how}"), &whole);
     let sta = std::fs::read_to_string(folder.path().join("job.sta")).unwrap_or_default();
     let Some(progress) = SlideProgress::parse(&sta) else {
-        println!("  FAIL: CalculiX did not come as far as its slide");
+        println!("  FAIL: CalculiX did not reach its slide");
         return false;
     };
     // All its iterations cost the same: the same matrix is factorised in each.
@@ -213,8 +213,8 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
         progress.reached_mm,
         slide_s / progress.reached_mm
     );
-    // The start of a slide is its dearest part. What is left is counted at its largest increment and with as many
-    // iterations as its last increment took, without one failure: the least that it could cost.
+    // The start of a slide is its most expensive part. The rest is counted at the largest increment and with as many
+    // iterations as the last increment took, without one failure: a lower bound of its cost.
     let largest = Step::slide_x(DEPTH_MM, &[SLIDE_MM]).max_increment_mm;
     let left = ((SLIDE_MM - progress.reached_mm) / largest).ceil() * f64::from(progress.last_iterations);
     let extrapolated = whole.cpu_s + left * per_iteration;
@@ -237,7 +237,7 @@ fn bench_slide(case: &Case, limit: Duration) -> bool {
     verdict(extrapolated / half, 100.0, 200.0) && whole
 }
 
-/// How far the second step of a run of CalculiX came.
+/// Progress of the second step of a run of CalculiX.
 struct SlideProgress {
     iterations: u32,
     last_iterations: u32,

@@ -24,7 +24,7 @@ struct Args {
 /// Rows of a stroke.
 const ROWS: usize = 30;
 
-/// What is hidden in `measured.csv` and `holdout.csv`: friction grows with the skin's moisture up to 55 a.u.
+/// The hidden effect of `measured.csv` and `holdout.csv`: friction grows with the skin's moisture up to 55 a.u.
 const MOISTURE: Effect = Effect { name: "hydration_bell", amplitude: 0.6, shape: [55.0, 18.0], form: 1.0 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

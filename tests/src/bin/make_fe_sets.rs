@@ -34,7 +34,7 @@ struct Args {
     /// Threads
     #[arg(long, default_value_t = 2)]
     threads: usize,
-    /// Factor on noise and scatter; 0 shows what the baseline's form leaves
+    /// Factor on noise and scatter; 0 shows the error of the baseline's form
     #[arg(long, default_value_t = 1.0)]
     noise: f64,
     /// Only the first sets of the list, beside the calibrations

@@ -1,4 +1,4 @@
-//! Plants faults in a copy of the sources, one at a time, and sees a quick test fail for each.
+//! Plants faults in a copy of the sources, one at a time, and checks that a quick test fails for each.
 //!
 //! `planted_faults [--list] [name...]`. Needs git and cargo; every fault is a build of its own. Exit code 1 if a fault
 //! survives, if a test fails without it, or if the place of a fault is no longer found.

@@ -43,7 +43,7 @@ fn main() -> ExitCode {
                 println!("{:<18} | {error} | FAIL", case.name);
             }
         }
-        print!("{}", table(case.name, &[Check::told("CPU time (s)", clock.elapsed().as_secs_f64())]));
+        print!("{}", table(case.name, &[Check::reported("CPU time (s)", clock.elapsed().as_secs_f64())]));
     }
     if failed > 0 {
         println!("{failed} checks failed");

@@ -61,7 +61,7 @@ fn press(case: &Case, limit: Duration) -> usize {
                 println!("{row}");
                 failed += usize::from(!row.passes());
             } else {
-                println!("{}", Told(row));
+                println!("{}", WithoutVerdict(row));
             }
         }
     }
@@ -87,7 +87,7 @@ fn sphere(presets: &[MeshPreset], limit: Duration) -> usize {
                 failed += show(&rows);
                 same.push(rows);
             } else {
-                rows.iter().for_each(|row| println!("{}", Told(*row)));
+                rows.iter().for_each(|row| println!("{}", WithoutVerdict(*row)));
             }
         }
     }
@@ -98,7 +98,7 @@ fn sphere(presets: &[MeshPreset], limit: Duration) -> usize {
     failed
 }
 
-/// Prints rows; how many fail.
+/// Prints rows; returns the number of failures.
 fn show(rows: &[Row]) -> usize {
     rows.iter().for_each(|row| println!("{row}"));
     rows.iter().filter(|row| !row.passes()).count()
@@ -128,7 +128,7 @@ fn slide(case: &Case, limit: Duration) -> usize {
                 println!("{friction} | {displacement}");
                 failed += [friction, displacement].iter().filter(|row| !row.passes()).count();
             } else {
-                println!("{}                  | {}", Told(friction), Told(displacement));
+                println!("{}                  | {}", WithoutVerdict(friction), WithoutVerdict(displacement));
             }
         }
     }

@@ -53,7 +53,7 @@ impl Arch {
         Problem { friction: None, ..problem(&self.body, &self.mesh.pad_faces) }
     }
 
-    /// The arch under twice the force that it can bear; `depth_mm` is where it then stands.
+    /// The arch under twice the force that it can carry; `depth_mm` is its equilibrium depth under it.
     fn snap(&self, driven: &Problem<'_>, limit_n: f64, depth_mm: f64) -> Result<Vec<Check>, Failure> {
         let drives = [Drive::Force, Drive::Displacement, Drive::Displacement];
         let force_path = path(drives, &[[0.0; 3], [2.0 * limit_n, 0.0, 0.0]]);
@@ -67,7 +67,7 @@ impl Arch {
         }
         let energy = self.body.energy(&configuration).0;
         Ok(vec![
-            Check::told("step of the force over the limit", driven.load_steps.max_force_step_n / limit_n),
+            Check::reported("step of the force over the limit", driven.load_steps.max_force_step_n / limit_n),
             Check::at_most("increments that were stabilised", snaps.len() as f64, 2.0),
             Check::relative("force at the snap over the limit", snap.normal_force_n / limit_n, 1.0, 0.06),
             Check::relative(
@@ -76,9 +76,9 @@ impl Arch {
                 depth_mm,
                 0.005,
             ),
-            Check::told("work of stabilisation (mJ)", run.work.stabilisation_mj),
-            Check::told("work of the plane (mJ)", run.work.plane_mj),
-            Check::told("elastic energy at the end (mJ)", energy),
+            Check::reported("work of stabilisation (mJ)", run.work.stabilisation_mj),
+            Check::reported("work of the plane (mJ)", run.work.plane_mj),
+            Check::reported("elastic energy at the end (mJ)", energy),
             Check::relative(
                 "elastic energy and work of stabilisation over the work of the plane",
                 (energy + run.work.stabilisation_mj) / run.work.plane_mj,
@@ -93,7 +93,7 @@ impl Arch {
 /// near the end of every step beyond it.
 const FORCE_STEPS: [f64; 2] = [0.05, 0.02];
 
-/// The arch under a force that grows past what it can bear, against the same arch pressed by displacement.
+/// The arch under a force that exceeds its limit, against the same arch pressed by displacement.
 pub fn arch(_: Effort) -> Result<Vec<Check>, Failure> {
     let arch = Arch::new(2.0, 0.6)?;
     let problem = arch.problem();
@@ -104,7 +104,7 @@ pub fn arch(_: Effort) -> Result<Vec<Check>, Failure> {
     let least_n = placed[rising..].iter().map(|r| r.normal_force_n).fold(f64::INFINITY, f64::min);
     let target_n = 2.0 * limit_n;
 
-    // Where the arch that is pressed by displacement bears the same force, on its last branch.
+    // Row at which the arch that is pressed by displacement carries the same force, on its last branch.
     let above = placed.iter().rposition(|r| r.normal_force_n < target_n).ok_or("the force is not reached")?;
     let (a, b) = (&placed[above], &placed[above + 1]);
     let share = (target_n - a.normal_force_n) / (b.normal_force_n - a.normal_force_n);

@@ -1,4 +1,4 @@
-//! The way from a labelled volume, and from another program's file, to N(depth) and area(depth).
+//! From a labelled volume, and from another program's file, to N(depth) and area(depth).
 
 use std::{fs, ops::ControlFlow, path::Path};
 

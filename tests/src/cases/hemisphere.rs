@@ -10,8 +10,8 @@ use fingerpad_fe::mesh::{Divisions, MeshPreset, fingertip};
 use super::{Effort, Failure};
 use crate::Check;
 
-/// Time, depth, slides along x and y (mm), spin (degrees): a press, a slide, a reversal of 1 um and the way back; then a
-/// spin and a slide across.
+/// Time, depth, slides along x and y (mm), spin (degrees): a press, a slide, a reversal of 1 um and the slide back;
+/// then a spin and a slide across.
 const CORNERS: [[f64; 5]; 7] = [
     [0.0, 0.0, 0.0, 0.0, 0.0],
     [1.0, 1.0, 0.0, 0.0, 0.0],
@@ -21,7 +21,7 @@ const CORNERS: [[f64; 5]; 7] = [
     [5.0, 1.0, 1.5, 0.0, 10.0],
     [6.0, 1.0, 1.5, 0.5, 10.0],
 ];
-/// What the two may differ by, shares; friction's over that of full slip.
+/// Bounds on the difference of the two, shares; friction's over that of full slip.
 struct Bounds {
     force: f64,
     area: f64,
@@ -32,10 +32,11 @@ struct Bounds {
 const AS_SHIPPED: Bounds = Bounds { force: 0.01, area: 0.015, moment: 0.025 };
 const FINER: Bounds = Bounds { force: 0.01, area: 0.01, moment: 0.01 };
 
-/// Normal force, friction, area and moment of the two along one path; friction and moment as shares of what full slip has.
+/// Normal force, friction, area and moment of the two along one path; friction and moment as shares of their values in
+/// full slip.
 ///
-/// Quick: without the spin, so that half of the hexahedra does. In full also with the hexahedra's pad halved once more and
-/// more tetrahedra.
+/// Quick: without the spin, so that half of the hexahedra suffices. In full also with the hexahedra's pad halved once
+/// more and more tetrahedra.
 pub fn hemisphere(effort: Effort) -> Result<Vec<Check>, Failure> {
     let corners = if effort == Effort::Quick { &CORNERS[..5] } else { &CORNERS };
     let path = path(corners);

@@ -1,4 +1,4 @@
-//! Identification on data that the model itself made: what is planted must come back.
+//! Identification on data of the model itself: planted parameters must be recovered.
 
 use std::ops::ControlFlow;
 
@@ -34,7 +34,7 @@ fn with_fe_model<T>(
     depths_mm: &[f64],
     work: impl FnOnce(&mut FeFriction) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
-    let hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
+    let hooks = Hooks { go_on: &|| true, report_progress: &|_, _| {} };
     // Rounding at the contact's penalty leaves residuals of some 1e-9.
     let settings = Settings { tolerance: 5e-8, ..Settings::default() };
     let evaluator = Evaluator::new(config, &settings, StateCache::default(), &hooks, 2);
@@ -100,21 +100,21 @@ pub fn twin(effort: Effort) -> Result<Vec<Check>, Failure> {
             let tau = planted().tau_ref_kpa;
             checks.push(Check::relative(format!("{route}: strength at 5 kPa (kPa)"), law.tau_ref_kpa, tau, 1e-3));
         };
-        let mut told = Vec::new();
+        let mut numbers = Vec::new();
         let start = LawPoint::of(&RubberFriction { lambda: 0.05, beta: 0.3, ..RubberFriction::default() });
         let before = fe.evaluations;
         let (path, _) = space_mapping(&mut |law| fe.states(law), config.friction, &target, &start, 1e-8, 30)?;
         let mapped = path.last().ok_or("no mapping")?.law;
-        told.push(Check::told("evaluations: space mapping", (fe.evaluations - before) as f64));
+        numbers.push(Check::reported("evaluations: space mapping", (fe.evaluations - before) as f64));
         compare("space mapping", mapped);
         let before = fe.evaluations;
         let (law, _) = fit("Gauss–Newton", fe, &target, &start, &[], Stop { tolerance: 5e-8, evaluations: 60 })?;
-        told.push(Check::told("evaluations: Gauss–Newton", (fe.evaluations - before) as f64));
+        numbers.push(Check::reported("evaluations: Gauss–Newton", (fe.evaluations - before) as f64));
         compare("Gauss–Newton", law);
         for &start in starts {
             let settings = Simplex { tolx: 1e-8, tolf: 1e-8, ..Simplex::default() };
             let run = search(&settings, start, &target, &config.friction, fe)?;
-            told.push(Check::told(format!("evaluations: simplex from {start:?}"), run.visits.len() as f64));
+            numbers.push(Check::reported(format!("evaluations: simplex from {start:?}"), run.visits.len() as f64));
             let end = RubberFriction { lambda: run.end[0], beta: run.end[1], ..config.friction };
             compare(&format!("simplex from {start:?}"), LawPoint::of(&end));
         }
@@ -122,12 +122,12 @@ pub fn twin(effort: Effort) -> Result<Vec<Check>, Failure> {
             for &start in starts {
                 let run = search(&Simplex::default(), start, &target, &config.friction, fe)?;
                 let name = |what: &str| format!("tolerances of the paper, from {start:?}: {what}");
-                told.push(Check::told(name("lambda"), run.end[0]));
-                told.push(Check::told(name("beta"), run.end[1]));
-                told.push(Check::told(name("evaluations"), run.visits.len() as f64));
+                numbers.push(Check::reported(name("lambda"), run.end[0]));
+                numbers.push(Check::reported(name("beta"), run.end[1]));
+                numbers.push(Check::reported(name("evaluations"), run.visits.len() as f64));
             }
         }
-        checks.extend(told);
+        checks.extend(numbers);
         Ok(checks)
     })
 }
@@ -162,9 +162,9 @@ fn normal(random: &mut Random) -> f64 {
 
 /// 1 % of noise on the coefficients: how often the planted pair lies in the 95 % region, out of 100.
 ///
-/// In full every noisy table is fitted by finite elements; a test fits on the surrogate that is bent to them around the
-/// planted pair. F/N of a mesh is not smooth to a part in a thousand (contact points come and go), and that is what the
-/// surrogate is off by.
+/// In full every noisy table is fitted by finite elements; a test fits on the surrogate that is corrected by them
+/// around the planted pair. F/N of a mesh is not smooth to a part in a thousand (contact points touch or open), and the
+/// error of the surrogate is of that size.
 pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
     let config = coarse("a", BoneKind::Fixed);
     let depths = [0.75, 1.0, 1.25, 1.5];
@@ -215,15 +215,15 @@ pub fn noise(effort: Effort) -> Result<Vec<Check>, Failure> {
         let checked = if effort == Effort::Quick { 1 } else { 6 };
         for law in fits.iter().take(checked) {
             let exact = fe.coefficients(law)?;
-            let told = aligned.coefficients(law)?;
-            worst = told.iter().zip(&exact).map(|(a, b)| (a / b - 1.0).abs()).fold(worst, f64::max);
+            let of_surrogate = aligned.coefficients(law)?;
+            worst = of_surrogate.iter().zip(&exact).map(|(a, b)| (a / b - 1.0).abs()).fold(worst, f64::max);
         }
         Ok(vec![
             Check::at_least("planted pair in the 95 % region, of 100, noise known", f64::from(inside as u32), 90.0),
             Check::at_most("the same", f64::from(inside as u32), 99.0),
-            Check::told("the same, noise estimated from the misfit", f64::from(inside_estimated as u32)),
-            Check::told("beta that is farthest out", fits[0].beta),
-            Check::told("surrogate less finite elements on the ring before it was bent to them, relative", bent),
+            Check::reported("the same, noise estimated from the misfit", f64::from(inside_estimated as u32)),
+            Check::reported("beta that is farthest out", fits[0].beta),
+            Check::reported("surrogate less finite elements on the ring before it was bent to them, relative", bent),
             // A tenth of the noise.
             Check::at_most("surrogate less finite elements at the farthest fits, relative", worst, 1e-3),
         ])

@@ -1,4 +1,4 @@
-//! What the friction law does in time: no creep under a held load, elastic slip as a length of the law.
+//! The friction law in time: no creep under a constant load, elastic slip as a length of the law.
 
 use fingerpad_fe::contact::{Friction, PenaltySettings, RubberFriction, plane::DEPTH};
 use fingerpad_fe::load_path::{Drive, LoadSettings, Problem, Trajectory};
@@ -37,7 +37,7 @@ pub fn creep(effort: Effort) -> Result<Vec<Check>, Failure> {
     let largest = (3..corners.len()).map(drift).fold(0.0, f64::max);
     checks.push(Check::at_most(format!("drift in {increments} increments (mm)"), largest, 1e-9));
 
-    // The same with every increment sought anew from a disturbed guess, at a tolerance that resolves the bound; with
+    // The same with every increment solved again from a disturbed guess, at a tolerance that resolves the bound; with
     // the default penalty rounding alone leaves residuals of 1e-9.
     let settings = SolverSettings { tolerance: 3e-10, ..Default::default() };
     let penalty = PenaltySettings { augment: false, penalty_mpa_per_mm: 20.0, ..Default::default() };
@@ -94,7 +94,7 @@ pub fn elastic_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     };
     let grid: Vec<f64> = (1..=STEPS).map(|k| k as f64 * STEP_MM).collect();
     let coarse = [run(&domes[0], GAMMA_MM, &grid)?, run(&domes[0], 0.1 * GAMMA_MM, &grid)?];
-    // Onset of full slip: the last point that sticks lets go; sought again in finer steps where the grid's steps find it.
+    // Onset of full slip: the last sticking point slips; searched again in finer steps where the grid's steps find it.
     let onset = |on_grid: &Trajectory, gamma_mm: f64| -> Result<f64, Failure> {
         let first = (0..STEPS).find(|&k| at_corner(on_grid, k + 2).stick_ratio == 0.0).ok_or("no full slip")?;
         let mut slides: Vec<f64> = grid[..first].to_vec();
@@ -112,6 +112,6 @@ pub fn elastic_slip(effort: Effort) -> Result<Vec<Check>, Failure> {
     let relative = |mesh: usize, k: usize| curves[mesh][k] / curves[mesh][STEPS - 1];
     let largest = (0..STEPS).map(|k| (relative(0, k) - relative(1, k)).abs()).fold(0.0, f64::max);
     checks.push(Check::at_most(format!("largest change of F/F_limit over s, mesh {size} mm halved"), largest, 0.01));
-    checks.push(Check::told("limit force, coarse over fine", curves[0][STEPS - 1] / curves[1][STEPS - 1]));
+    checks.push(Check::reported("limit force, coarse over fine", curves[0][STEPS - 1] / curves[1][STEPS - 1]));
     Ok(checks)
 }

@@ -17,13 +17,13 @@ use crate::Check;
 
 /// Arm by which a spin counts as travel, mm: about the moment's limit over friction's.
 pub const ARM_MM: f64 = 3.0;
-/// Travel along a direction over the depth, and the share of it after which nothing may change any more. The pulp gives way by
-/// some millimetres, and goes on turning into the plane's direction over several times as many.
+/// Travel along a direction over the depth, and the share of it after which nothing may change any more. The pulp
+/// yields by some millimetres, and turns into the plane's direction over several times as many.
 const TRAVEL_OVER_DEPTH: f64 = 40.0;
 const STEADY_FROM: f64 = 0.9;
 
-/// Distance from the pole, about which the plane turns, up to which it carries a node of the skin round instead of passing it, mm:
-/// so far the skin gives under a node's strength. Friction there goes round with the plane.
+/// Distance from the pole, about which the plane turns, up to which it carries a node of the skin round instead of
+/// passing it, mm: the skin's displacement under a node's strength. Friction there turns with the plane.
 const CARRIED_MM: f64 = 0.1;
 
 /// Where a slide in one direction ends.
@@ -36,7 +36,7 @@ pub struct LimitPoint {
     /// Friction along x and y (N) and moment about the plane's normal under first touch (N mm) in full slip, nodes at the
     /// pole left out.
     pub load: Vector3<f64>,
-    /// The same a tenth of the way earlier.
+    /// The same at nine tenths of the path.
     pub earlier: Vector3<f64>,
     /// Load of the nodes at the pole, which the plane carries round.
     pub at_pole: Vector3<f64>,
@@ -81,7 +81,7 @@ pub fn limit_points(
     let (finger, _) = config.finger_for(&[&press_to(deepest)])?;
     let problem = Problem {
         half: None,
-        // Where everything slips nothing is left of the shear of a press.
+        // In full slip the shear of a press has vanished.
         load_steps: LoadSettings { friction_while_pressing: false, ..config.numerics.load_steps },
         ..config.problem(&finger)
     };
@@ -118,7 +118,7 @@ fn press_to(depth_mm: f64) -> Path {
     Path { turns, ..Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0), corner(1.0, depth_mm)]) }
 }
 
-/// The press, and these ways along `direction`, mm from its start.
+/// The press, and the states at these distances along `direction`, mm from its start.
 fn slide_at(depth_mm: f64, direction: &Vector3<f64>, ways_mm: &[f64]) -> Path {
     let mut path = press_to(depth_mm);
     let spin = path.turns.spin.as_mut().expect("spin is driven");
@@ -168,7 +168,7 @@ fn of_force(arm: &Vector2<f64>, force: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(force.x, force.y, arm.perp(force))
 }
 
-/// What the nodes bear that the plane carries round.
+/// Force of the nodes that the plane carries round.
 fn carried(state: &State, direction: &Vector3<f64>) -> Vector3<f64> {
     let frame = state.contact.plane.frame(&Default::default());
     let at_pole = passed(state, direction).filter(|at| at.carried);
@@ -192,7 +192,7 @@ fn axes(points: &[LimitPoint]) -> Vector3<f64> {
     Vector3::from_fn(|k, _| largest(k))
 }
 
-/// Loads in full slip against the law over the pressure, and how far an ellipsoid lies from them.
+/// Loads in full slip against the law over the pressure, and their distance from an ellipsoid.
 pub fn limit_surface(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (preset, depths, per_circle, bound): (_, &[f64], _, _) = match effort {
         Effort::Quick => (MeshPreset::Coarse, &[0.5], 3, 0.01),
@@ -212,18 +212,21 @@ pub fn limit_surface(effort: Effort) -> Result<Vec<Check>, Failure> {
             |what: &str| format!("{:?}, {} mm, {} directions: {what}", preset, at_depth[0].depth_mm, directions.len());
         checks.extend([
             Check::at_most(name("stick ratio"), at_depth.iter().map(|p| p.stick_ratio).fold(0.0, f64::max), 1e-3),
-            Check::at_most(name("largest change over the last tenth of the way"), apart(&|p| p.earlier), 0.005),
+            Check::at_most(name("largest change over the last tenth of the path"), apart(&|p| p.earlier), 0.005),
             Check::at_most(name("off the law over the slide's pressure"), apart(&|p| p.over_pressure), bound),
-            Check::told(name("off the law over the press's pressure"), apart(&|p| p.over_press)),
-            Check::told(
+            Check::reported(name("off the law over the press's pressure"), apart(&|p| p.over_press)),
+            Check::reported(
                 name("largest load of nodes that the plane carries round at its pole"),
                 at_depth.iter().map(|p| over(&p.at_pole).norm() / over(&p.load).norm()).fold(0.0, f64::max),
             ),
-            Check::told(name("friction along x, largest (N)"), axes.x),
-            Check::told(name("friction along y, largest (N)"), axes.y),
-            Check::told(name("moment, largest (N mm)"), axes.z),
-            Check::told(name("nearest point, over an ellipsoid of these axes"), radii().fold(f64::INFINITY, f64::min)),
-            Check::told(name("farthest point, over that ellipsoid"), radii().fold(0.0, f64::max)),
+            Check::reported(name("friction along x, largest (N)"), axes.x),
+            Check::reported(name("friction along y, largest (N)"), axes.y),
+            Check::reported(name("moment, largest (N mm)"), axes.z),
+            Check::reported(
+                name("nearest point, over an ellipsoid of these axes"),
+                radii().fold(f64::INFINITY, f64::min),
+            ),
+            Check::reported(name("farthest point, over that ellipsoid"), radii().fold(0.0, f64::max)),
         ]);
     }
     Ok(checks)
@@ -242,7 +245,7 @@ const HELD_TRAVEL_MM: f64 = 20.0;
 /// Deeper than the finger is pressed by the forces below, mm.
 const DEEPEST_MM: f64 = 2.4;
 
-/// The largest moment over a held normal force, alone and with friction, beside what fingers were measured to hold.
+/// The largest moment over a constant normal force, alone and with friction, against measurements of fingers.
 pub fn twist(effort: Effort) -> Result<Vec<Check>, Failure> {
     let (preset, forces_n): (_, &[f64]) = match effort {
         Effort::Quick => (MeshPreset::Coarse, &[0.1, 0.3]),
@@ -255,11 +258,11 @@ pub fn twist(effort: Effort) -> Result<Vec<Check>, Failure> {
         let found =
             motions.iter().map(|(_, motion)| held_limit(preset, force_n, motion)).collect::<Result<Vec<_>, _>>()?;
         let name = |what: &str| format!("{force_n} N: {what}");
-        checks.push(Check::told(name("largest moment (N mm)"), found[0].z));
-        checks.push(Check::told(name("largest moment over N (mm)"), found[0].z / force_n));
-        checks.push(Check::told(name("friction in full slip along +x (N)"), found[1].x));
-        checks.push(Check::told(name("both at once: friction (N)"), found[2].x));
-        checks.push(Check::told(name("both at once: moment (N mm)"), found[2].z));
+        checks.push(Check::reported(name("largest moment (N mm)"), found[0].z));
+        checks.push(Check::reported(name("largest moment over N (mm)"), found[0].z / force_n));
+        checks.push(Check::reported(name("friction in full slip along +x (N)"), found[1].x));
+        checks.push(Check::reported(name("both at once: friction (N)"), found[2].x));
+        checks.push(Check::reported(name("both at once: moment (N mm)"), found[2].z));
         loads.push(found);
     }
     // N over a load, between and beyond the forces by a power of it.
@@ -277,9 +280,9 @@ pub fn twist(effort: Effort) -> Result<Vec<Check>, Failure> {
     }
     let growth = (by_moment[by_moment.len() - 1][0] / by_moment[0][0]).ln()
         / (by_moment[by_moment.len() - 1][1] / by_moment[0][1]).ln();
-    checks.push(Check::told("power of the largest moment over N (measured: 1)", growth));
+    checks.push(Check::reported("power of the largest moment over N (measured: 1)", growth));
     let needed = power_between(&by_moment, 0.5 * LARGEST_TORQUE_N_MM);
-    checks.push(Check::told("N of each of two fingers for 50 N mm, continued (N)", needed));
+    checks.push(Check::reported("N of each of two fingers for 50 N mm, continued (N)", needed));
     let moments: Vec<[f64; 2]> = by_moment.iter().map(|[m, n]| [*n, *m]).collect();
     for [force_n, moment] in HELD_BY_INDEX {
         let quantity = format!("index finger, {force_n} N: moment held, over the largest of the model, continued");
@@ -311,7 +314,7 @@ fn held_limit(preset: MeshPreset, force_n: f64, motion: &Vector3<f64>) -> Result
     let last = end.responses().last().ok_or("no response")?;
     let largest =
         |of: &dyn Fn(&fingerpad_fe::load_path::Response) -> f64| end.responses().iter().map(of).fold(0.0, f64::max);
-    // Alone the largest on the way, together what both are at the end.
+    // A moment alone: the largest along the path. Together: both at the end.
     Ok(if motion.x == 0.0 {
         Vector3::new(0.0, 0.0, largest(&|r| r.moment_n_mm[2]))
     } else if motion.z == 0.0 {

@@ -1,4 +1,4 @@
-//! What the mesh, the bones and the nail make of the answer: convergence, growth of cost, variants side by side.
+//! Influence of mesh, bones and nail on the result: convergence, growth of cost, variants side by side.
 
 use fingerpad_fe::assembly::Joint;
 use fingerpad_fe::load_path::{Bone, BoneKind, Finger, Problem, Tissue, Trajectory};
@@ -55,14 +55,14 @@ pub fn convergence(effort: Effort) -> Result<Vec<Check>, Failure> {
             values.push(kinetic(&finger)?);
             let nodes = finger.mesh.nodes.len();
             for (what, value) in ["N (N)", "area (mm²)", "F/N"].iter().zip(values[values.len() - 1]) {
-                checks.push(Check::told(format!("{shape} {bone:?}, {nodes} nodes: {what}"), value));
+                checks.push(Check::reported(format!("{shape} {bone:?}, {nodes} nodes: {what}"), value));
             }
         }
         if let [coarse, medium, fine] = values[..] {
             let h = PRESETS.map(|preset| 1.0 / preset.divisions().distal_rings as f64);
             for (k, what) in ["N", "area", "F/N"].iter().enumerate() {
                 let (order, limit) = extrapolated(h, [coarse[k], medium[k], fine[k]]);
-                checks.push(Check::told(format!("{shape} {bone:?}: order of {what} (kept in 1..2)"), order));
+                checks.push(Check::reported(format!("{shape} {bone:?}: order of {what} (kept in 1..2)"), order));
                 let name = format!("{shape} {bone:?}: {what}, medium mesh against the extrapolated");
                 checks.push(Check::relative(name, medium[k], limit, 0.03));
             }
@@ -108,10 +108,10 @@ pub fn finer(effort: Effort) -> Result<Vec<Check>, Failure> {
                 let (least, most) = all.fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
                 let name = |what: &str| format!("{shape} {bone:?}, {preset:?}, {depth_mm} mm: {what}");
                 if effort == Effort::Quick {
-                    checks.push(Check::told(name(what), ours[k][i] / mean));
+                    checks.push(Check::reported(name(what), ours[k][i] / mean));
                 } else {
                     checks.push(Check::relative(name(what), ours[k][i], mean, bound));
-                    checks.push(Check::told(
+                    checks.push(Check::reported(
                         name(&format!("{what}: scatter of the finer meshes")),
                         (most - least) / mean,
                     ));
@@ -122,7 +122,8 @@ pub fn finer(effort: Effort) -> Result<Vec<Check>, Failure> {
     Ok(checks)
 }
 
-/// Rows at even steps of a slide of 3 mm at 1 mm of depth and of the way back to 1.5 mm: friction (N) and stick ratio.
+/// Rows at even steps of a slide of 3 mm at 1 mm of depth and of the slide back to 1.5 mm: friction (N) and stick
+/// ratio.
 fn there_and_back(finger: &Finger) -> Result<Vec<[f64; 2]>, Failure> {
     let slides: Vec<f64> = (1..=30).chain((15..30).rev()).map(|k| 0.1 * f64::from(k)).collect();
     let mut corners = vec![[0.0; 3], [1.0, 0.0, 0.0]];
@@ -167,7 +168,7 @@ pub fn slides(effort: Effort) -> Result<Vec<Check>, Failure> {
 
 /// Frictionless press of A (bone fixed) to 1 mm on three meshes with mean dilatation and with CalculiX's C3D8R.
 ///
-/// Both elements stand for the same body: what they differ by on one mesh is error of the mesh and has to vanish.
+/// Both elements model the same body: their difference on one mesh is an error of the mesh and has to vanish.
 pub fn elements(effort: Effort) -> Result<Vec<Check>, Failure> {
     let presets = if effort == Effort::Quick { &PRESETS[..2] } else { &PRESETS[..] };
     let normal = |element: Element, preset: MeshPreset| -> Result<f64, Failure> {
@@ -183,8 +184,8 @@ pub fn elements(effort: Effort) -> Result<Vec<Check>, Failure> {
         reduced.push(normal(Element::C3d8r, preset)?);
         let (ours, theirs) = (shipped[shipped.len() - 1], reduced[reduced.len() - 1]);
         let name = |what: &str| format!("a Fixed, {preset:?}, frictionless 1 mm: {what}");
-        checks.push(Check::told(name("N, mean dilatation (N)"), ours));
-        checks.push(Check::told(name("N, C3D8R (N)"), theirs));
+        checks.push(Check::reported(name("N, mean dilatation (N)"), ours));
+        checks.push(Check::reported(name("N, C3D8R (N)"), theirs));
         let apart = (ours / theirs - 1.0).abs();
         checks.push(Check::at_most(name("relative difference, below the coarser mesh's"), apart, last));
         last = apart;
@@ -192,8 +193,8 @@ pub fn elements(effort: Effort) -> Result<Vec<Check>, Failure> {
     if let ([a, b, c], [d, e, f]) = (&shipped[..], &reduced[..]) {
         let h = PRESETS.map(|preset| 1.0 / preset.divisions().distal_rings as f64);
         let limits = [extrapolated(h, [*a, *b, *c]), extrapolated(h, [*d, *e, *f])];
-        checks.push(Check::told("order, mean dilatation (kept in 1..2)", limits[0].0));
-        checks.push(Check::told("order, C3D8R (kept in 1..2)", limits[1].0));
+        checks.push(Check::reported("order, mean dilatation (kept in 1..2)", limits[0].0));
+        checks.push(Check::reported("order, C3D8R (kept in 1..2)", limits[1].0));
         checks.push(Check::relative("N extrapolated, mean dilatation against C3D8R", limits[0].1, limits[1].1, 0.01));
     }
     Ok(checks)
@@ -208,15 +209,15 @@ pub fn growth(effort: Effort) -> Result<Vec<Check>, Failure> {
         let problem = problem(&finger.body, &finger.mesh.pad_faces);
         let Trajectory { cost, .. } = follow(&problem, &placed(&[[0.0; 3], [1.5, 0.0, 0.0], [1.5, 6.0, 0.0]]))?;
         let name = |what: &str| format!("e Floating, {} nodes: {what}", finger.mesh.nodes.len());
-        checks.push(Check::told(name("CPU (s)"), cost.cpu_s));
-        checks.push(Check::told(name("peak memory of the process so far (GiB)"), peak_gib()));
-        checks.push(Check::told(name("increments"), cost.increments.into()));
-        checks.push(Check::told(name("factorisations"), cost.factorisations.into()));
+        checks.push(Check::reported(name("CPU (s)"), cost.cpu_s));
+        checks.push(Check::reported(name("peak memory of the process so far (GiB)"), peak_gib()));
+        checks.push(Check::reported(name("increments"), cost.increments.into()));
+        checks.push(Check::reported(name("factorisations"), cost.factorisations.into()));
     }
     Ok(checks)
 }
 
-/// Rigid against deformable bone, the joint of the floating one, the ways to hold the nail: E at 1 mm.
+/// Rigid against deformable bone, the joint of the floating one, the supports of the nail: E at 1 mm.
 pub fn variants(effort: Effort) -> Result<Vec<Check>, Failure> {
     let preset = if effort == Effort::Quick { MeshPreset::Coarse } else { MeshPreset::Default };
     let with = |bone: Bone, nail: Nail| -> Result<[f64; 3], Failure> {
@@ -247,7 +248,7 @@ pub fn variants(effort: Effort) -> Result<Vec<Check>, Failure> {
     for (name, bone, nail) in variants {
         let values = with(bone, nail)?;
         for (what, value) in ["N (N)", "area (mm²)", "F/N"].iter().zip(values) {
-            checks.push(Check::told(format!("{name}: {what}"), value));
+            checks.push(Check::reported(format!("{name}: {what}"), value));
         }
         if bone.kind == BoneKind::Deformable {
             // The elastic phalanx hangs in the tissue alone, as the rigid one without its joint, and is 300 000 times

@@ -15,7 +15,7 @@ mod spin;
 
 use crate::Check;
 
-/// How much a case may cost.
+/// Allowed cost of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Seconds; for tests.
@@ -24,14 +24,14 @@ pub enum Effort {
     Full,
 }
 
-/// Why a case has no numbers.
+/// Reason why a case has no numbers.
 pub type Failure = Box<dyn std::error::Error>;
 
 /// A verification case.
 pub struct Case {
-    /// What it is asked for by.
+    /// Name of the case on the command line.
     pub name: &'static str,
-    /// What it shows, with shape, mesh and settings.
+    /// Purpose, with shape, mesh and settings.
     pub about: &'static str,
     /// The case itself.
     pub run: fn(Effort) -> Result<Vec<Check>, Failure>,
@@ -62,7 +62,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "twist",
-        about: "medium mesh of E, 0.1 to 1 N: the largest moment, alone and with friction, beside what was measured",
+        about: "medium mesh of E, 0.1 to 1 N: the largest moment, alone and with friction, against measurements",
         run: limit_surface::twist,
     },
     Case { name: "full_slip", about: "lambda sigma^beta on the Hertz pressure in full slip", run: sphere::full_slip },
@@ -133,7 +133,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "twin",
-        about: "coarse shape A, fixed bone: planted lambda and beta come back by every route",
+        about: "coarse shape A, fixed bone: every route recovers the planted lambda and beta",
         run: identify::twin,
     },
     Case {

@@ -1,4 +1,4 @@
-//! What must not depend on numerics, and the energy balance, on the coarse shape A with fixed bone.
+//! Results that must not depend on numerics, and the energy balance, on the coarse shape A with fixed bone.
 
 use fingerpad_fe::load_path::{BoneKind, Finger, LoadSettings, Problem, Response, Trajectory};
 use fingerpad_fe::mesh::MeshPreset;
@@ -40,7 +40,8 @@ pub fn step_size(effort: Effort) -> Result<Vec<Check>, Failure> {
     let finger = coarse()?;
     let mut checks = Vec::new();
     let factors: &[f64] = if effort == Effort::Quick { &[1.0] } else { &[1.0, 10.0] };
-    // The shear that a press leaves behind is of first order in its increments and decides over the first slide, of 0.2 mm.
+    // The shear after a press has an error of first order in its increments, which matters over the first slide, of 0.2
+    // mm.
     let bound = 0.006;
     for &factor in factors {
         let mut problem = problem(&finger.body, &finger.mesh.pad_faces);
@@ -59,8 +60,8 @@ pub fn step_size(effort: Effort) -> Result<Vec<Check>, Failure> {
         checks.push(Check::at_most(name("friction over s, slides alone finer"), by_slides, 0.001));
         checks.push(Check::at_most(name("friction over s"), friction_change(&whole, &quarter), bound));
         checks.push(Check::at_most(name("normal force"), normal_change(&whole, &quarter), bound));
-        checks.push(Check::told("increments", whole.cost.increments.into()));
-        checks.push(Check::told("increments, finer", quarter.cost.increments.into()));
+        checks.push(Check::reported("increments", whole.cost.increments.into()));
+        checks.push(Check::reported("increments, finer", quarter.cost.increments.into()));
     }
     Ok(checks)
 }
@@ -76,11 +77,11 @@ pub fn penalty(_: Effort) -> Result<Vec<Check>, Failure> {
     let soft = press_and_slide(&problem)?;
     Ok(vec![
         Check::at_most("largest relative change of normal force, penalty x10", normal_change(&stiff, &default), 0.005),
-        Check::told("largest relative change of friction, penalty x10", friction_change(&stiff, &default)),
+        Check::reported("largest relative change of friction, penalty x10", friction_change(&stiff, &default)),
         Check::at_most("largest penetration, default penalty (mm)", default.cost.max_penetration_mm, 1e-3),
         Check::at_most("largest penetration, penalty x10 (mm)", stiff.cost.max_penetration_mm, 1e-3),
         Check::at_most("largest penetration, penalty x0.1, augmented (mm)", soft.cost.max_penetration_mm, 1e-3),
-        Check::told("relative change of normal force, penalty x0.1", normal_change(&soft, &default)),
+        Check::reported("relative change of normal force, penalty x0.1", normal_change(&soft, &default)),
     ])
 }
 
@@ -111,7 +112,7 @@ fn put_in_mj(run: &Trajectory) -> f64 {
     run.responses.windows(2).map(step).filter(|work| *work > 0.0).sum()
 }
 
-/// Closed paths from air to air: what the plane puts in and does not get back, slip dissipates.
+/// Closed paths from air to air: slip dissipates the net work of the plane.
 pub fn loops(effort: Effort) -> Result<Vec<Check>, Failure> {
     let finger = coarse()?;
     let mut problem = problem(&finger.body, &finger.mesh.pad_faces);
@@ -151,8 +152,8 @@ pub fn loops(effort: Effort) -> Result<Vec<Check>, Failure> {
             ),
             Check::at_least(format!("{name}: dissipated, over the work put in"), work.friction_mj / put_in, least),
             Check::at_least(format!("{name}: smallest dissipation (mJ)"), run.cost.min_dissipation_mj, 0.0),
-            Check::told(format!("{name}: work put in (mJ)"), put_in),
-            Check::told(format!("{name}: put into elastic slip by pressure, over it"), work.pressure_mj / put_in),
+            Check::reported(format!("{name}: work put in (mJ)"), put_in),
+            Check::reported(format!("{name}: put into elastic slip by pressure, over it"), work.pressure_mj / put_in),
         ]);
     }
     Ok(checks)

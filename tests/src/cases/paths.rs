@@ -44,8 +44,8 @@ pub fn hard_paths(_: Effort) -> Result<Vec<Check>, Failure> {
     Ok(checks)
 }
 
-/// Cycles of the depth, 1 to 0.9 mm and back, after a slide of 0.5 mm: friction is lost where the rim lets go, less in each
-/// cycle.
+/// Cycles of the depth, 1 to 0.9 mm and back, after a slide of 0.5 mm: friction decreases where the rim opens, less in
+/// each cycle.
 pub fn depth_cycles(effort: Effort) -> Result<Vec<Check>, Failure> {
     const CYCLES: usize = 8;
     let preset = if effort == Effort::Quick { MeshPreset::Coarse } else { MeshPreset::Default };
@@ -58,9 +58,9 @@ pub fn depth_cycles(effort: Effort) -> Result<Vec<Check>, Failure> {
         let run = follow(&problem, &placed(&corners))?;
         let friction = |cycle: usize| at_corner(&run, 2 + 2 * cycle).friction_x_n;
         let name = |what: String| format!("{shape} {bone:?}, {preset:?}: {what}");
-        checks.push(Check::told(name("F before the cycles (N)".into()), friction(0)));
+        checks.push(Check::reported(name("F before the cycles (N)".into()), friction(0)));
         for cycle in [1, 2, 4, 8] {
-            checks.push(Check::told(
+            checks.push(Check::reported(
                 name(format!("F after {cycle} cycles over that before")),
                 friction(cycle) / friction(0),
             ));
@@ -86,11 +86,11 @@ pub fn deep(_: Effort) -> Result<Vec<Check>, Failure> {
     Ok(checks)
 }
 
-/// A slide that turns in full slip, on the medium mesh: no increment may let go of the friction. Within one increment it
-/// changes by no more than the sticking contact's stiffness times the way.
+/// A slide that turns in full slip, on the medium mesh: friction must not vanish in any increment. Within one increment
+/// it changes by no more than the sticking contact's stiffness times the displacement.
 ///
-/// The contact opens for an iteration when the plane turns; with parts of the contact area held from there, the search once
-/// ended in an equilibrium without friction.
+/// The contact opens for an iteration when the plane turns. When the parts of the contact area were held from there,
+/// the search once ended in an equilibrium without friction.
 pub fn turn_in_full_slip(_: Effort) -> Result<Vec<Check>, Failure> {
     let finger = finger("e", MeshPreset::Medium, BoneKind::Floating, 1.0)?;
     let turn = [0.556, 0.381, -2.267];
@@ -106,8 +106,8 @@ pub fn turn_in_full_slip(_: Effort) -> Result<Vec<Check>, Failure> {
     let stiffness = slides.first().map_or(0.0, |[force, way]| force / way);
     let steepest = slides.iter().map(|[force, way]| force / way).fold(0.0, f64::max);
     Ok(vec![
-        Check::told("stiffness at the first slide (N/mm)", stiffness),
-        Check::at_most("largest change of friction over way (N/mm)", steepest, 1.2 * stiffness),
+        Check::reported("stiffness at the first slide (N/mm)", stiffness),
+        Check::at_most("largest change of friction over displacement (N/mm)", steepest, 1.2 * stiffness),
     ])
 }
 
@@ -151,11 +151,11 @@ fn run(finger: &Finger, name: &str, path: &Path) -> Vec<Check> {
             work.stabilisation_mj / work.plane_mj,
             0.01,
         ),
-        Check::told(format!("{name}: N at the end (N)"), end.normal_force_n),
-        Check::told(format!("{name}: friction at the end (N)"), end.friction_x_n.hypot(end.friction_y_n)),
-        Check::told(format!("{name}: increments"), cost.increments.into()),
-        Check::told(format!("{name}: cuts"), cost.cutbacks.into()),
-        Check::told(format!("{name}: CPU (s)"), cost.cpu_s),
+        Check::reported(format!("{name}: N at the end (N)"), end.normal_force_n),
+        Check::reported(format!("{name}: friction at the end (N)"), end.friction_x_n.hypot(end.friction_y_n)),
+        Check::reported(format!("{name}: increments"), cost.increments.into()),
+        Check::reported(format!("{name}: cuts"), cost.cutbacks.into()),
+        Check::reported(format!("{name}: CPU (s)"), cost.cpu_s),
     ]);
     checks
 }

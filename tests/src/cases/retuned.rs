@@ -97,7 +97,7 @@ fn errors(model: &Tuned<'_>, trajectory: &Trajectory) -> [f64; 2] {
     [rms(normal) / most, rms(friction)]
 }
 
-/// Press, slide along 30 degrees until nearly everything slips, half of the way back, half a millimetre deeper.
+/// Press, slide along 30 degrees until nearly everything slips, half of the slide back, half a millimetre deeper.
 fn corners(size: f64, way: f64) -> [[f64; 3]; 5] {
     let (x, y) = (way * 30f64.to_radians().cos(), way * 30f64.to_radians().sin());
     [[0.0; 3], [size, 0.0, 0.0], [size, x, y], [size, 0.5 * x, 0.5 * y], [1.4 * size, 0.5 * x, 0.5 * y]]
@@ -130,14 +130,14 @@ fn fresh(model: &Model<'_>, config: &Config, [size, stiffness, lambda]: [f64; 3]
 
 /// The settings that the model's runs were made with: the default ones on one of the meshes.
 fn settings_of(meta: &serde_json::Value) -> Result<Config, Failure> {
-    let told = meta["settings_hash"].as_str().unwrap_or_default();
+    let stated = meta["settings_hash"].as_str().unwrap_or_default();
     for mesh_preset in MeshPreset::ALL {
         let config = Config { mesh_preset, ..Config::default() };
-        if settings_hash(&config)? == told {
+        if settings_hash(&config)? == stated {
             return Ok(config);
         }
     }
-    Err(format!("the shipped model's runs have settings {told:?}, which are the default ones on no mesh").into())
+    Err(format!("the shipped model's runs have settings {stated:?}, which are the default ones on no mesh").into())
 }
 
 /// Ten fingers and the fitted one.
@@ -154,8 +154,9 @@ pub fn retuned(effort: Effort) -> Result<Vec<Check>, Failure> {
         .collect::<Result<_, _>>()?;
     let mut checks = Vec::new();
     for Fresh { name, errors: [normal, friction] } in &ran {
-        checks.push(Check::told(format!("{:?} mesh, {name}: N (% of range)", config.mesh_preset), 100.0 * normal));
-        checks.push(Check::told(format!("{:?} mesh, {name}: F (% of limit)", config.mesh_preset), 100.0 * friction));
+        checks.push(Check::reported(format!("{:?} mesh, {name}: N (% of range)", config.mesh_preset), 100.0 * normal));
+        checks
+            .push(Check::reported(format!("{:?} mesh, {name}: F (% of limit)", config.mesh_preset), 100.0 * friction));
     }
     let rms = |k: usize| (ran[1..].iter().map(|f| f.errors[k].powi(2)).sum::<f64>() / count as f64).sqrt();
     checks.push(Check::at_most("all fresh fingers, RMS: N (% of range)", 100.0 * rms(0), 5.0));

@@ -14,7 +14,7 @@ const CURVATURE_MM: f64 = 500.0;
 
 /// Hertz: force, radius and peak pressure at a prescribed approach.
 pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
-    // The area sees the edge between two nodes; forces do not.
+    // The area depends on the edge between two nodes; forces do not.
     let meshes: &[(Elements, usize, [f64; 2])] = match effort {
         Effort::Quick => &[(Elements::Hexes, 10, [0.005, 0.02]), (Elements::Tets, 10, [0.01, 0.02])],
         Effort::Full => &[

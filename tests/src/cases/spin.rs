@@ -23,7 +23,7 @@ const SMALL_SPIN: [f64; 2] = [0.1, 0.02];
 
 /// Moment over spin at constant approach under Coulomb's and the rubber law.
 pub fn spin(effort: Effort) -> Result<Vec<Check>, Failure> {
-    // Coulomb's limit is the normal force's; the rubber law sees the edge, which lies between nodes.
+    // Coulomb's limit is the normal force's; the rubber law depends on the edge, which lies between nodes.
     let meshes: &[(usize, [f64; 2])] =
         if effort == Effort::Quick { &[(6, [0.005, 0.02])] } else { &[(6, [0.005, 0.02]), (12, [0.01, 0.02])] };
     let mut checks = Vec::new();
@@ -67,8 +67,8 @@ fn on_mesh(layout: &Layout, force_bound: f64, slip_bound: f64) -> Result<(Vec<Ch
     let pressed = sphere.press(&mut solver)?;
     let mut checks = vec![
         Check::relative("normal force (N)", pressed.totals.force.z, sphere.hertz.force_n(), force_bound),
-        Check::told("radius from area (mm)", sphere.area_radius_mm(&solver, &pressed)),
-        Check::told("nodes", sphere.mesh.nodes.len() as f64),
+        Check::reported("radius from area (mm)", sphere.area_radius_mm(&solver, &pressed)),
+        Check::reported("nodes", sphere.mesh.nodes.len() as f64),
     ];
     checks.extend(coulomb(&sphere, &mut solver, &pressed, [force_bound, slip_bound])?);
     let (of_rubber, ratio) = rubber(&sphere, &mut solver, &pressed)?;
@@ -88,8 +88,9 @@ fn turned(
     Ok(sphere.step(solver, from, to, loads)?)
 }
 
-/// Everything sticks: 16 G a³/3 per radian. The traction is singular at the rim, so that the outermost nodes that touch bear
-/// most of the moment: it is too stiff by an error in proportion to the face, up and down with where the rim lies between nodes.
+/// Everything sticks: 16 G a³/3 per radian. The traction is singular at the rim, so that the outermost nodes in contact
+/// carry most of the moment: it is too stiff by an error in proportion to the face, varying with the position of the
+/// rim between nodes.
 fn small(per_radius: &[usize]) -> Result<Vec<Check>, Failure> {
     let mut checks = Vec::new();
     let mut errors = Vec::new();
@@ -112,7 +113,7 @@ fn small(per_radius: &[usize]) -> Result<Vec<Check>, Failure> {
     if per_radius.len() > 1 {
         let list = per_radius.iter().map(|n| n.to_string()).collect::<Vec<_>>().join(", ");
         let name = format!("small spin: error for h to 0 by the line that fits a/h {list} best");
-        checks.push(Check::told(name, at_zero(&errors)));
+        checks.push(Check::reported(name, at_zero(&errors)));
     }
     Ok(checks)
 }
@@ -180,7 +181,7 @@ fn rubber(sphere: &Sphere, solver: &mut Solver, pressed: &State) -> Result<(Vec<
     let own: f64 = contact.map(|(n, y)| n.area * y.xy().norm() * law.strength(n.pressure_mpa()).0).sum();
     let checks = vec![
         Check::relative("full spin, rubber law: Mz over the FE's pressure (N mm)", moment, own, 0.01),
-        Check::told("full spin, rubber law: Mz over that of Hertz's pressure", moment / exact),
+        Check::reported("full spin, rubber law: Mz over that of Hertz's pressure", moment / exact),
         Check::at_most("full spin, rubber law: stuck area (mm²)", state.totals.stuck_area, 0.01 * state.totals.area),
     ];
     Ok((checks, moment / exact))

@@ -56,7 +56,7 @@ pub fn body_of(mesh: &Mesh, material: Material, supports: &Supports) -> Body {
     Body::new(mesh, |_| Some(material), supports, Vector3::zeros(), Joint::default()).expect("a mesh right side out")
 }
 
-/// All three components of every node held at its prescribed place: the elements stay, nothing moves.
+/// All three components of every node held at its prescribed place: nothing moves.
 pub fn all_held(mesh: &Mesh) -> Supports {
     let fixed_components = (0..mesh.nodes.len() as u32).flat_map(|n| (0..3).map(move |k| (n, k))).collect();
     Supports { fixed_components, ..Default::default() }

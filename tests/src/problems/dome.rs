@@ -1,4 +1,4 @@
-//! A soft paraboloid under a fixed top, half of it by symmetry (y >= 0): what is small enough for long histories.
+//! A soft paraboloid under a fixed top, half of it by symmetry (y >= 0): small enough for long histories.
 
 use fingerpad_fe::assembly::{Body, BodyError, Joint, Material, Supports};
 use fingerpad_fe::material::Ogden;

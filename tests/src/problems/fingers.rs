@@ -15,7 +15,7 @@ use crate::Failure;
 /// A finger of a named shape with the published tissue, soft tissue `stiffness` times as stiff.
 ///
 /// # Errors
-/// What shape, mesh or body say.
+/// Those of shape, mesh or body.
 pub fn finger(shape: &str, preset: MeshPreset, bone: BoneKind, stiffness: f64) -> Result<Finger, Failure> {
     let tip = fingertip(&FingertipShape::named(shape)?, &preset.divisions())?;
     let mut tissue = Tissue::default();

@@ -1,7 +1,7 @@
 //! A paraboloid on the plane in a graded block with the exact far field of the half-space on its outer boundary.
 //!
-//! The contact radius is 1 mm, the curvature hundreds of them, so that everything stays linear; symmetry planes
-//! leave a quarter (normal load), a half (tangential load along x) or nothing out (spin).
+//! The contact radius is 1 mm, the curvature hundreds of them, so that everything is linear; symmetry planes reduce it
+//! to a quarter (normal load), a half (tangential load along x) or not at all (spin).
 
 use fingerpad_fe::assembly::{Body, BodyError, Configuration, Joint, Material, Supports};
 use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings};
@@ -22,11 +22,11 @@ pub enum Part {
     Quarter,
     /// y >= 0.
     Half,
-    /// All of it: what spins has no plane of symmetry.
+    /// All of it: spin has no plane of symmetry.
     Whole,
 }
 
-/// What the body is meshed with.
+/// Elements of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Elements {
     /// Hexahedra.
@@ -38,7 +38,7 @@ pub enum Elements {
 /// Size and mesh of the block; lengths in contact radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
-    /// What is meshed.
+    /// The meshed part.
     pub part: Part,
     /// Elements.
     pub elements: Elements,
@@ -64,7 +64,7 @@ pub struct Sphere {
     triangles: Vec<[u32; 3]>,
     /// Nodes of the outer boundary with their places in the half-space.
     boundary: Vec<(u32, Vector3<f64>)>,
-    /// How often the meshed part makes the whole.
+    /// Number of meshed parts in the whole.
     pub copies: f64,
 }
 
@@ -80,7 +80,7 @@ impl Sphere {
         Self::sharing(layout, poisson, curvature_mm, [1.0; 2])
     }
 
-    /// The same where the body has only `share` of the curvature along x and along y; what it touches has the rest.
+    /// The same with a body that has only `share` of the curvature along x and along y; the rigid body has the rest.
     ///
     /// # Errors
     /// [`BodyError`] for an inverted mesh.
@@ -153,7 +153,7 @@ impl Sphere {
         Solver::new(&self.body, pad, Friction::Off, penalty, SolverSettings::default())
     }
 
-    /// `from` with the boundary where `loads` put it.
+    /// `from` with the boundary displaced by `loads`.
     pub fn placed(&self, from: &Configuration, loads: &PointLoads) -> Configuration {
         let mut next = from.clone();
         for &(node, place) in &self.boundary {

@@ -155,6 +155,13 @@ fn classify(report: &Diagnosis, truth: &[&str]) -> Class {
     }
 }
 
+/// How the report of a case stands to its truth.
+pub fn classified(case: &Case, report: &Diagnosis) -> Class {
+    let mut truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
+    truth.extend((case.lag_s[1] != case.lag_s[0]).then_some("force_lag"));
+    classify(report, &truth)
+}
+
 /// Diagnoses and judges a case.
 pub fn score(case: &Case) -> Scored {
     score_within(case, PlanConstraints::default())
@@ -168,10 +175,7 @@ pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
     let seconds = started.elapsed().as_secs_f64();
     fingerpad_report::diagnosis::render(&report, &evidence).expect("figures of finite numbers");
     let seconds_with_page = started.elapsed().as_secs_f64();
-    let mut truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
-    let differing_s = case.lag_s[1] - case.lag_s[0];
-    truth.extend((differing_s != 0.0).then_some("force_lag"));
-    let class = classify(&report, &truth);
+    let class = classified(case, &report);
     let of_source = |source: &str| report.instrument.iter().find(|found| found.source == source);
     let lag = ["calibration", "measured"].into_iter().zip(case.lag_s).find_map(|(source, lag_s)| {
         let found = of_source(source)?;

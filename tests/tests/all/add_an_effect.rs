@@ -1,6 +1,7 @@
-//! The effect of `core/docs/add-an-effect.md` in the diagnosis: with one law more in its list it names what was unexplained.
+//! The effect of `core/docs/add-an-effect.md` in the diagnosis: with this additional law in its list, it names the
+//! effect that was unexplained.
 
-// What a file in `core/src/effects` finds in the module above it.
+// Items that a file in `core/src/effects` imports from the module above it.
 use fingerpad::effects::{
     Axis, Change, Column, Conditions, Effect, LAWS, Law, Parameter, Place, Real, Reported, VALUES,
 };
@@ -19,8 +20,8 @@ mod sebum_film;
 /// Fraction and time constant, s, of the film that is hidden.
 const FILM: [f64; 2] = [0.3, 900.0];
 
-/// The measured runs of a case under the film. The simulator knows no film: a strength that falls in proportion to the
-/// temperature, which is set to what the film does at the time of each stroke, stands in for it.
+/// The measured runs of a case under the film. The simulator has no film. It is replaced by a strength that falls in
+/// proportion to the temperature, which is set to the film's influence at the time of each stroke.
 fn under_film(case: &Case) -> RunSet {
     let in_proportion = [Hidden { name: "temperature", amplitude: 1.0, shape: [0.0; 2], form: 1.0 }];
     let readings = &mut |stroke: &Stroke, scatter: &_| {

@@ -34,7 +34,7 @@ fn recipe(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(python()).current_dir(folder).arg(script).args(arguments).output().expect("a Python that starts")
 }
 
-/// Numbers of the flat surfaces at the end and of those of the core, as `--list` tells them.
+/// Numbers of the flat surfaces at the end and of those of the core, as `--list` prints them.
 fn surfaces(file: &str, folder: &Path) -> [String; 2] {
     let listing = recipe(folder, &[file, "--list"]);
     let listing = String::from_utf8(listing.stdout).expect("text");
@@ -74,7 +74,7 @@ fn step_and_stl_become_fingers() {
         assert!(report.worst_tet_scaled_jacobian > 0.05 && mesh.pad_triangles.len() > 40, "{name}");
         let lowest = mesh.nodes.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         assert!((0.0..0.1).contains(&lowest), "{name}: lowest node at {lowest} mm");
-        // What the core holds lies on its wall, from which a straightened edge of 3 mm is 0.28 mm off.
+        // Nodes on the core are on its wall, from which a straightened edge of 3 mm is 0.28 mm off.
         let touch = fingertip.touch;
         for node in mesh.node_set(set::DISTAL_BONE) {
             let place = touch.rotation.transpose() * mesh.nodes[*node as usize] + touch.point_mm;
@@ -91,7 +91,7 @@ fn step_and_stl_become_fingers() {
 fn an_stl_with_a_hole_is_refused_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let mut stl = std::fs::read(shipped("fingertip.stl")).unwrap();
-    // The last facet goes, and the count with it.
+    // Removes the last facet and corrects the count.
     let count = u32::from_le_bytes(stl[80..84].try_into().unwrap()) - 1;
     stl[80..84].copy_from_slice(&count.to_le_bytes());
     let corner = |n: usize, k: usize| {
@@ -105,8 +105,8 @@ fn an_stl_with_a_hole_is_refused_with_its_place() {
     let message = String::from_utf8(refused.stderr).unwrap();
     println!("{message}");
     assert_eq!(refused.status.code(), Some(2), "{message}");
-    let told = message.split("has 1 hole(s): around (").nth(1).expect("the hole and its place").split(')').next();
-    let told: Vec<f64> = told.unwrap().split(", ").map(|c| c.parse().unwrap()).collect();
-    assert!(told.iter().zip(&middle).all(|(a, b)| (a - b).abs() < 2e-3), "{told:?} {middle:?}");
+    let stated = message.split("has 1 hole(s): around (").nth(1).expect("the hole and its place").split(')').next();
+    let stated: Vec<f64> = stated.unwrap().split(", ").map(|c| c.parse().unwrap()).collect();
+    assert!(stated.iter().zip(&middle).all(|(a, b)| (a - b).abs() < 2e-3), "{stated:?} {middle:?}");
     assert!(message.contains("with 3 corners, beside facet "), "{message}");
 }

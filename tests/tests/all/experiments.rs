@@ -1,4 +1,4 @@
-//! The program behind `cargo xtask experiments`: the page of one experiment, with its figure, and names that it does not know.
+//! The program behind `cargo xtask experiments`: the page of one experiment, with its figure, and unknown names.
 
 use std::process::Command;
 
@@ -16,7 +16,7 @@ fn an_experiment_has_a_verdict_and_a_figure() {
     {
         assert!(page.contains(part), "no {part} in {page}");
     }
-    // The order is that of the list, whatever was asked for first.
+    // The order is that of the list, not that of the arguments.
     assert!(page.find("experiment_load.png") < page.find("experiment_indentation.png"));
     assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
     for figure in ["experiment_load.png", "experiment_indentation.png"] {
@@ -28,6 +28,9 @@ fn an_experiment_has_a_verdict_and_a_figure() {
 fn an_unknown_experiment_is_refused_with_those_there_are() {
     let dir = tempfile::tempdir().unwrap();
     let output = run(dir.path(), &["idnentation"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && said.contains("idnentation: no such experiment; there are stick, "), "{said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && printed.contains("idnentation: no such experiment; there are stick, "),
+        "{printed}"
+    );
 }

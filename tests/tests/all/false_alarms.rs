@@ -1,5 +1,5 @@
-//! What a diagnosis says against its files is not said of correct ones: units, signs, exchanged roles, repeated runs. And
-//! exchanged files of several effects and both simulators are found.
+//! Warnings of a diagnosis against its files do not appear for correct ones: units, signs, exchanged roles, repeated
+//! runs. Exchanged files of several effects and both simulators are found.
 
 use std::path::{Path, PathBuf};
 
@@ -27,15 +27,15 @@ fn case(simulator: SimulatorKind, protocol: Protocol, seed: u64, hide: Hide, lev
     make(Wanted { simulator, protocol, seed, hide, size: 0.3, level, runs: 16, exact_form: true })
 }
 
-fn told(set: &RunSet) -> Vec<String> {
+fn cautions(set: &RunSet) -> Vec<String> {
     match check(set).and_then(|()| suspicions(set)) {
         Ok(found) => found.into_iter().map(|c| c.text).collect(),
         Err(error) => vec![error.to_string()],
     }
 }
 
-/// Files of both simulators, all protocols, levels and laws: no suspicion, no sign of exchanged roles; all the other way
-/// round give one.
+/// Files of both simulators, all protocols, levels and laws: no suspicion, no sign of exchanged roles; all exchanged
+/// ones give one.
 #[test]
 fn correct_synthetic_files_raise_no_suspicion() {
     let (mut sets, mut pairs, mut alarms, mut found) = (0, 0, Vec::new(), 0);
@@ -48,8 +48,9 @@ fn correct_synthetic_files_raise_no_suspicion() {
                 let case = case(simulator, protocol, seed, hide, index % 3);
                 for set in [&case.calibration, &case.measured, &case.holdout] {
                     sets += 1;
-                    alarms
-                        .extend(told(set).into_iter().map(|text| format!("{simulator:?} {protocol:?} {seed}: {text}")));
+                    alarms.extend(
+                        cautions(set).into_iter().map(|text| format!("{simulator:?} {protocol:?} {seed}: {text}")),
+                    );
                 }
                 pairs += 1;
                 if !varied_in_calibration(&case.calibration, &case.measured, &own).is_empty() {
@@ -71,11 +72,11 @@ fn stored_files_raise_no_suspicion() {
     let own = LawsFile::default();
     let [calibration, measured, holdout] =
         ["calibration", "measured", "holdout"].map(|name| read(root.join(format!("data/examples/{name}.csv"))));
-    let mut alarms: Vec<String> = [&calibration, &measured, &holdout].into_iter().flat_map(told).collect();
+    let mut alarms: Vec<String> = [&calibration, &measured, &holdout].into_iter().flat_map(cautions).collect();
     assert!(varied_in_calibration(&calibration, &measured, &own).is_empty());
     for set in fe_sets::sets() {
         let (calibration, measured) = (set.calibration(), set.measured());
-        alarms.extend([&calibration, &measured].into_iter().flat_map(told));
+        alarms.extend([&calibration, &measured].into_iter().flat_map(cautions));
         assert!(varied_in_calibration(&calibration, &measured, &own).is_empty(), "{}", set.file);
     }
     let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
@@ -86,8 +87,8 @@ fn stored_files_raise_no_suspicion() {
     assert!(alarms.is_empty(), "{alarms:#?}");
 }
 
-/// Laws along a recorded condition: the files are refused in exchanged roles, or at least nothing is said to be missing
-/// without the warning; in their own roles they are diagnosed without one.
+/// Laws along a recorded condition: in exchanged roles the files are refused, or at least a missing effect is not
+/// reported without the warning; in their own roles they are diagnosed without one.
 #[test]
 fn exchanged_files_are_found_and_correct_ones_are_not() {
     let index = |name: &str| LIBRARY.iter().position(|l| l.0 == name).unwrap();

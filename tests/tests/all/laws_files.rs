@@ -77,7 +77,7 @@ fn the_pages_ten_laws_give_what_the_page_says() {
         own.law.apply(&typical(own), &at, &mut change);
         let value = found(own, &change);
         assert!((value - wanted).abs() < 1e-8, "{name}: {value} {wanted}");
-        // Without its size it does nothing, and what is not known leaves it out.
+        // Without its size, or with an unknown driver, it does nothing.
         let mut none = Change::default();
         let mut zero = typical(own);
         zero[0] = 0.0;
@@ -92,9 +92,9 @@ fn the_pages_ten_laws_give_what_the_page_says() {
 /// A model file with one law as a table.
 fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     let table = tabulate(own, &typical(own), |driver| own.drivers[driver].range).unwrap();
-    let told = table.told(own);
-    println!("{told}");
-    assert!(told.largest_error <= 0.01 * told.largest_change, "{told}");
+    let summary = table.told(own);
+    println!("{summary}");
+    assert!(summary.largest_error <= 0.01 * summary.largest_change, "{summary}");
     let mut section = vec![0.0; 3];
     let slot = table.append(own, &mut section);
     let data = Params::example().try_build().unwrap();
@@ -105,16 +105,16 @@ fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     let plain = fingerpad::Data::file_length(&[], "{}");
     let of_columns = size_of_val(&columns[..]);
     assert!(
-        bytes.len() <= plain + told.bytes + of_columns + 4 * 3 + 2 * 12 + 8,
+        bytes.len() <= plain + summary.bytes + of_columns + 4 * 3 + 2 * 12 + 8,
         "{} {plain} {}",
         bytes.len(),
-        told.bytes
+        summary.bytes
     );
     ModelFile::new(&bytes).unwrap()
 }
 
 #[test]
-fn the_core_runs_each_of_them_as_a_table_within_the_error_that_is_told() {
+fn the_core_runs_each_of_them_as_a_table_within_the_reported_error() {
     for file in ten_laws() {
         let own = &file.laws[0];
         let written = file_with(own, &file.columns);
@@ -219,7 +219,8 @@ fn stiffness_over_the_path_yields_work_and_strength_over_it_does_not() {
     let slot = |target: f32| EffectSlot { kind: tables::TABLE, reserved: 0, values: [target, 0.0, 0.0, 0.0, 0.0, 0.0] };
     let [plain, stiff, strong] = [work(&[], &[]), work(&[slot(1.0)], &head), work(&[slot(0.0)], &head)];
     println!("work taken: plain {plain:.5}, stiffness {stiff:.5}, strength {strong:.5} mJ");
-    // The slide sticks, so that nothing is lost; the springs' odd stiffness follows the strength, which is what is left.
+    // The slide sticks, so that nothing is lost; the springs' odd stiffness follows the strength and gives the
+    // remainder.
     assert!(plain.abs() < 1e-6 && strong > 1e-3 * stiff && stiff < -0.01, "{plain} {strong} {stiff}");
 }
 
@@ -269,7 +270,7 @@ fn bad_files_are_refused_with_file_line_and_value() {
         ("typical = 0.05", "typical = 5", &["line 11", "`gain`", "typical 5"]),
         ("range = [0, 1]", "range = [1, 0]", &["line 11", "[1.0, 0.0]"]),
         ("name = \"mine\"", "name = \"temperature\"", &["line 7", "temperature", "library"]),
-        ("name = \"mine\"", "name = \"mine\"\nconfused_with = [\"nobody\"]", &["line 9", "`nobody`"]),
+        ("name = \"mine\"", "name = \"mine\"\nconfused_with = [\"unknown\"]", &["line 9", "`unknown`"]),
         ("name = \"gain\"", "name = \"path_mm\"", &["line 11", "`path_mm`", "taken"]),
         ("name = \"gain\"", "name = \"gain_s\"", &["contradictory units", "gain_s"]),
     ] {

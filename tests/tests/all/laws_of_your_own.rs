@@ -44,8 +44,8 @@ fn laws() -> LawsFile {
     LawsFile::parse("mine.toml".as_ref(), ELECTROADHESION).unwrap()
 }
 
-/// The measured runs of a case under a voltage that differs from stroke to stroke. The simulator knows no voltage: a strength
-/// that falls in proportion to the temperature, which is set to what the voltage does, stands in for it.
+/// The measured runs of a case under a voltage that differs from stroke to stroke. The simulator has no voltage. It is
+/// replaced by a strength that falls in proportion to the temperature, which is set to the voltage's influence.
 fn under_voltage(case: &Case, protocol: Protocol, seed: u64, gain: f64) -> RunSet {
     let mut random = Random::new(seed ^ 0xE1EC);
     let voltages: Vec<f64> = case.strokes.iter().map(|_| 200.0 * random.unit()).collect();
@@ -135,7 +135,7 @@ fn a_file_of_laws_names_nothing_where_its_column_does_nothing() {
     }
 }
 
-/// The corrected file through the core, its table among it, leaves of the runs what the report says.
+/// The corrected file through the core, its table included, gives the residual of the runs that the report states.
 #[test]
 fn the_corrected_file_runs_the_law_as_a_table() {
     let case = case_under(Protocol::Clean, 321);
@@ -179,9 +179,10 @@ confused_with = ["electroadhesion"]
 parameter = [{ name = "share", unit = "", range = [0, 1], typical = 0.05 }]
 "#;
 
-/// A voltage that rose with the humidity of the air: no protocol can tell one from the other until either is set by itself.
+/// A voltage that rose with the humidity of the air: no protocol can distinguish the two until either is set
+/// independently.
 #[test]
-fn the_next_experiment_sets_columns_where_it_may_and_tells_their_price() {
+fn the_next_experiment_sets_allowed_columns_and_reports_their_cost() {
     let laws = LawsFile::parse("mine.toml".as_ref(), &format!("{ELECTROADHESION}{HUMID_AIR}")).unwrap();
     let case = case_under(Protocol::Clean, 331);
     let mut measured = under_voltage(&case, Protocol::Clean, 331, 3.0 * GAIN);
@@ -202,7 +203,7 @@ fn the_next_experiment_sets_columns_where_it_may_and_tells_their_price() {
     let next = plan(&["voltage_v", "humidity_percent", "speed_mm_s"]);
     let price = |factor: &str| next.prices.iter().find(|p| p.factor == factor).expect("its price");
     let [voltage, humidity, speed] = ["voltage_v", "humidity_percent", "speed_mm_s"].map(price);
-    // Either column separates the two, and what does not change with either adds nothing to what the present runs do.
+    // Either column separates the two; an effect that does not change with either adds nothing to the present runs.
     let added = [voltage, humidity].map(|p| p.lambda_rival_expected - speed.lambda_rival_expected);
     assert!(added.iter().all(|a| *a > 100.0), "{:?}", next.prices);
     // Of fifteen even values of the humidity each has its quarter of an hour, where the voltage has the rest of a minute.
@@ -211,13 +212,13 @@ fn the_next_experiment_sets_columns_where_it_may_and_tells_their_price() {
     let volts: Vec<f64> = next.runs.iter().map(|r| r.own["voltage_v"]).collect();
     assert!(volts.contains(&0.0) && volts.contains(&200.0), "{volts:?}");
     assert!(next.runs.iter().all(|r| r.own.len() == 1 && r.speed_mm_s.is_none()), "{:?}", next.runs);
-    // Where neither may be set, the plan keeps to what may, and separates less.
+    // If neither may be set, the plan uses the other columns, and separates less.
     let without = plan(&["speed_mm_s"]);
     assert!(without.runs.iter().all(|r| r.own.is_empty()), "{:?}", without.runs);
     assert!(without.lambda_rival_expected < next.lambda_rival_expected - 100.0, "{:?}", without.prices);
 }
 
-/// A law of the plate's temperature with what it acts on.
+/// A law of the plate's temperature, with the part of the model that it acts on.
 fn plate(acts_on: &str, formula: &str, parameter: &str) -> LawsFile {
     let text = format!(
         "[[column]]\nname = \"plate_temperature_c\"\nunit = \"°C\"\nrange = [15, 45]\nreference = 32\n\n[[law]]\nname = \"plate\"\n\
@@ -237,7 +238,7 @@ fn of_the_plate(set: &RunSet, laws: &LawsFile) -> RunSet {
     set
 }
 
-/// Wherever a law of a file acts, a stroke of the finite elements meets it as it meets the library's of the same form.
+/// A law of a file acts on a stroke of the finite elements like the library's law of the same form, in every place.
 #[test]
 fn the_finite_elements_take_a_law_of_a_file_as_the_librarys() {
     let slope = "name = \"slope\", unit = \"1/°C\", range = [-0.1, 0.1], typical = 0.01";

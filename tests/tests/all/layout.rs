@@ -43,7 +43,7 @@ const MAY_USE: [(&str, &[&str]); 15] = [
     (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI]),
 ];
 
-/// What `cargo metadata` tells that contradicts the table, one line each.
+/// Contradictions between `cargo metadata` and the table, one line each.
 fn contradictions(metadata: &Value) -> Vec<String> {
     let packages = metadata["packages"].as_array().expect("cargo metadata lists packages");
     let name = |value: &Value| value["name"].as_str().expect("packages and dependencies have names").to_owned();
@@ -68,7 +68,7 @@ fn contradictions(metadata: &Value) -> Vec<String> {
     found
 }
 
-/// What cargo prints.
+/// Standard output of cargo.
 fn cargo(words: &[&str]) -> String {
     let out = Command::new(env!("CARGO")).current_dir(env!("CARGO_MANIFEST_DIR")).args(words).output().unwrap();
     assert!(out.status.success(), "cargo {words:?}: {}", String::from_utf8_lossy(&out.stderr));
@@ -124,7 +124,7 @@ fn add(metadata: &mut Value, from: &str, to: &str, kind: Value) {
 #[test]
 fn what_the_table_allows_passes_and_has_no_circle() {
     assert_eq!(contradictions(&allowed_workspace()), Vec::<String>::new());
-    // Taken off one by one, those first that use only what was taken off before.
+    // Packages are removed one by one; each uses only packages that were removed before.
     let mut left: Vec<_> = MAY_USE.to_vec();
     while !left.is_empty() {
         let names: Vec<&str> = left.iter().map(|row| row.0).collect();

@@ -17,3 +17,4 @@ mod second_simulator;
 mod shipped;
 mod table;
 mod verification;
+mod words;

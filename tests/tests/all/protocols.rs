@@ -1,4 +1,5 @@
-//! What laboratories really bring: one axis, coarse clocks, spikes, lost rows, clipped sensors, two effects on one axis.
+//! Recordings of real laboratories: one axis, coarse clocks, spikes, lost rows, clipped sensors, two effects on one
+//! axis.
 
 use fingerpad_diagnose::{CORNEOMETER_SD_AU, Diagnosis, RunSet, Verdict};
 use fingerpad_report::diagnosis::{render, summary};
@@ -22,7 +23,8 @@ fn diagnosed(case: &Case, measured: &RunSet) -> Diagnosis {
     run(&case.calibration, measured, Some(&case.holdout), CORNEOMETER_SD_AU)
 }
 
-/// A calibration along x, as in Yoshida et al. 2011: its noise is a sensor's, its limits are told, effects are named.
+/// A calibration along x, as in Yoshida et al. 2011: its noise is a sensor's, its limits are reported, effects are
+/// named.
 #[test]
 fn a_calibration_along_one_axis_keeps_its_evidence() {
     for (seed, name) in [(70, "depth_zero_offset"), (72, "temperature"), (74, "normal_relaxation")] {
@@ -32,8 +34,8 @@ fn a_calibration_along_one_axis_keeps_its_evidence() {
             assert_eq!(scored.class, Class::Exact, "seed {seed} {name} {protocol:?}");
             assert!(kinds(&scored.report).contains(&"one_axis"), "{:?}", scored.report.cautions);
             assert!(scored.report.noise.multiplicative < 0.2, "{:?}", scored.report.noise);
-            let told = kinds(&scored.report).contains(&"outside_calibration");
-            assert!(told, "speeds and directions beyond the calibration's: {:?}", scored.report.cautions);
+            let has_caution = kinds(&scored.report).contains(&"outside_calibration");
+            assert!(has_caution, "speeds and directions beyond the calibration's: {:?}", scored.report.cautions);
         }
     }
 }
@@ -67,7 +69,7 @@ fn an_operators_logger_adds_no_structure() {
     assert!(none + 1 >= seeds.count(), "{none}");
 }
 
-/// A logger that knows nothing of the motion: turns lie between its rows.
+/// A logger that is not synchronised with the motion: turns lie between its rows.
 #[test]
 fn turns_between_the_rows_of_a_constant_rate_add_no_structure() {
     for seed in 40_154..40_158 {
@@ -78,7 +80,8 @@ fn turns_between_the_rows_of_a_constant_rate_add_no_structure() {
     assert_eq!(scored.class, Class::Exact, "{:?}", scored.report.unexplained);
 }
 
-/// Forces that come late, through a delay or a filter of the sensor: the lag is found and taken out, and is no effect of the finger.
+/// Delayed forces, through a delay or a filter of the sensor: the lag is found and corrected, and is no effect of the
+/// finger.
 #[test]
 fn forces_that_lag_behind_the_positions_are_compared_with_the_motion_of_their_time() {
     for (protocol, seed) in [(Protocol::Lag, 40_154), (Protocol::Lag, 40_156), (Protocol::Filter, 40_155)] {
@@ -103,7 +106,7 @@ fn forces_that_lag_behind_the_positions_are_compared_with_the_motion_of_their_ti
     assert!(scored.report.instrument.is_empty(), "{:?}", scored.report.instrument);
 }
 
-/// A normal force that ends at its rail is the sensor's, and what lies below it is diagnosed as ever.
+/// A normal force that ends at its rail is the sensor's, and the part below the rail is diagnosed as usual.
 #[test]
 fn a_clipped_sensor_is_named_as_the_sensors() {
     for (seed, hide, wanted) in
@@ -150,7 +153,7 @@ fn a_crooked_finger_is_no_cross_talk() {
     }
 }
 
-/// Five runs are diagnosed: what they cannot support is told, and nothing wrong is named.
+/// Five runs are diagnosed: effects without support are reported as such, and nothing wrong is named.
 #[test]
 fn five_runs_are_diagnosed_within_what_they_support() {
     let laws =
@@ -160,9 +163,9 @@ fn five_runs_are_diagnosed_within_what_they_support() {
         let case = case_of(Protocol::FourDirections, seed, Hide::Law(place(name)), 0.3, 0, 5, true);
         let scored = score(&case);
         println!("seed {seed} {name}: {:?}", scored.class);
-        let told = scored.report.cautions.iter().find(|c| c.kind == "few_runs").expect("five runs are few");
-        assert!(told.role == "measured" && told.text.contains("0.062"), "{told:?}");
-        assert!(told.text.contains("static_peak"), "{told:?}");
+        let caution = scored.report.cautions.iter().find(|c| c.kind == "few_runs").expect("five runs are few");
+        assert!(caution.role == "measured" && caution.text.contains("0.062"), "{caution:?}");
+        assert!(caution.text.contains("static_peak"), "{caution:?}");
         assert!(!matches!(scored.class, Class::Wrong | Class::Extra), "seed {seed} {name}");
         assert!(name != "static_peak" || scored.class != Class::Exact, "five runs cannot carry it");
         named += usize::from(scored.class == Class::Exact);
@@ -175,12 +178,12 @@ fn five_runs_are_diagnosed_within_what_they_support() {
     assert!(!kinds(&score(&eight).report).contains(&"few_runs"));
 }
 
-/// What stands out of chance and is smaller than the model's form is exact is told and not named: with 500 runs a cross-talk of
-/// 0.15 and of 0.24 % of the normal force, which row by row is any share of a friction still about zero; with 60 a drag of
-/// 0.0003 N s/mm that shows by less than six standard deviations. No set has an effect.
+/// A significant effect below the accuracy of the model's form is reported and not named: with 500 runs a cross-talk of
+/// 0.15 and of 0.24 % of the normal force, which row by row is any share of a friction still about zero; with 60 a drag
+/// of 0.0003 N s/mm at less than six standard deviations. No set has an effect.
 #[test]
 #[ignore = "slow: `cargo xtask test --slow`"]
-fn an_error_of_form_that_stands_out_is_told_and_not_named() {
+fn a_significant_error_of_form_is_reported_and_not_named() {
     for (seed, protocol, runs, exact_form) in [
         (32_001_399, Protocol::Plane, 500, false),
         (48_001_383, Protocol::Plane, 500, false),
@@ -201,9 +204,9 @@ fn an_error_of_form_that_stands_out_is_told_and_not_named() {
     }
 }
 
-/// What else than the finger's form speaks for a small law: a bias of 0.4 % of the forces that the rows in the air show by
-/// themselves, an anisotropy of 3 % at 4.8 standard deviations whose evidence lies against the calibration. And two spikes in
-/// the last two rows of a run are no cross-talk beside a drag.
+/// Other evidence for a small law than the accuracy of the finger's form: a bias of 0.4 % of the forces that the rows
+/// in the air show by themselves, an anisotropy of 3 % at 4.8 standard deviations whose evidence lies against the
+/// calibration. And two spikes in the last two rows of a run are no cross-talk beside a drag.
 #[test]
 fn small_laws_are_named_where_no_error_of_form_stands_in_their_place() {
     for (seed, simulator, name, size) in [
@@ -219,9 +222,9 @@ fn small_laws_are_named_where_no_error_of_form_stands_in_their_place() {
     }
 }
 
-/// Scatter between runs above twice what the calibration explains is told whatever the verdict.
+/// Scatter between runs above twice that of the calibration is reported for any verdict.
 #[test]
-fn scatter_above_twice_the_expected_is_told() {
+fn scatter_above_twice_the_expected_is_reported() {
     let pair = Hide::Pair(place("depth_zero_offset"), place("contact_ageing"));
     let mut scattered = 0;
     for (seed, protocol, hide, size) in [
@@ -243,7 +246,7 @@ fn scatter_above_twice_the_expected_is_told() {
     assert!(scattered >= 2, "{scattered}");
 }
 
-/// Measured runs at speeds and directions that the calibration does not have: what rests on them is marked where it stands.
+/// Measured runs at speeds and directions that the calibration does not have: results that depend on them are marked.
 #[test]
 fn evidence_outside_the_calibration_is_marked() {
     let scored = score(&case_of(Protocol::FourDirections, 130, Hide::Law(place("speed_log")), 0.3, 0, 60, true));
@@ -257,8 +260,8 @@ fn evidence_outside_the_calibration_is_marked() {
         let middle = 0.5 * (region.from + region.to);
         assert_eq!(region.outside_calibration, !(2.0 / 1.5..=2.0 * 1.5).contains(&middle), "{region:?}");
     }
-    let told = summary(&report);
-    assert!(told.contains("Part of the evidence"), "{told}");
+    let text = summary(&report);
+    assert!(text.contains("Part of the evidence"), "{text}");
     // Structure along the direction, where the calibration slides along one axis.
     let harmonic = OUTSIDE.iter().position(|o| *o == "direction_harmonic").unwrap();
     let scored = score(&case_of(Protocol::AxisThenPlane, 132, Hide::Outside(harmonic), 0.3, 0, 60, true));
@@ -271,8 +274,8 @@ fn evidence_outside_the_calibration_is_marked() {
     assert!(scored.class == Class::Exact && !scored.report.effects[0].outside_calibration);
 }
 
-/// A static peak of 3 % in 40 runs, which contact ageing imitates: fifteen strokes do not tell them apart, the strokes that
-/// are proposed are more, and do.
+/// A static peak of 3 % in 40 runs, which contact ageing imitates: fifteen strokes do not distinguish them; the
+/// proposed strokes are more, and do.
 #[test]
 fn a_plan_has_as_many_strokes_as_it_takes() {
     const SEED: u64 = 48_001_436;
@@ -318,8 +321,9 @@ fn sets_without_an_effect_end_in_none() {
     assert!(none as f64 >= 0.95 * all as f64, "{none} of {all}");
 }
 
-/// A texture of the plate under calibration and measured runs alike, which the baseline does not have: the page says how
-/// far the calibration's residual stands above the noise between neighbouring rows. Without it the page is silent.
+/// A texture of the plate in calibration and measured runs, which the baseline does not have: the page states the ratio
+/// of the calibration's residual to the noise between neighbouring rows. Without the texture the page has no such
+/// remark.
 #[test]
 fn a_calibration_that_misfits_is_flagged_on_the_page() {
     let waved = |set: &RunSet, share: f64| {
@@ -349,6 +353,6 @@ fn a_calibration_that_misfits_is_flagged_on_the_page() {
         std::fs::write(path, &page).unwrap();
         assert_eq!(page.contains(NOTE), flagged);
         let first_picture = page.find("<figure").expect("pictures");
-        assert!(page.find(NOTE).is_none_or(|at| at < first_picture), "the flag stands below the pictures");
+        assert!(page.find(NOTE).is_none_or(|at| at < first_picture), "the flag is below the pictures");
     }
 }

@@ -24,7 +24,7 @@ fn readings(finger: &HalfSpaceFinger, stroke: &Stroke) -> Vec<[f64; 3]> {
     finger.readings(stroke, &[], &Scatter::default())
 }
 
-/// Freely sliding, friction is the integral of tau_0 + alpha p: tau_0 A + alpha N, whatever the pressure's form.
+/// Sliding freely, friction is the integral of tau_0 + alpha p: tau_0 A + alpha N, for any form of the pressure.
 #[test]
 fn full_slip_carries_the_integral_of_the_law() {
     for seed in 0..6 {
@@ -73,7 +73,7 @@ fn partial_slip_and_reversal_are_mindlins() {
     }
 }
 
-/// While all sticks, the tangential stiffness is 8 G a / (2 − nu), and what is taken back returns.
+/// While all sticks, the tangential stiffness is 8 G a / (2 − nu), and a reversal is reversible.
 #[test]
 fn sticking_is_elastic() {
     let mut finger = HalfSpaceFinger::random(&mut Random::new(20)).round();

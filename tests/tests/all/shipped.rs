@@ -9,7 +9,7 @@ fn data(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)
 }
 
-/// The errors that the file tells are those of its numbers along the stored runs, and the runs are the design's.
+/// The errors that the file states are those of its numbers along the stored runs, and the runs are the design's.
 #[test]
 fn the_models_errors_come_out_of_the_stored_runs_again() {
     let bytes = std::fs::read(data("models/fingertip.fpm")).unwrap();
@@ -31,19 +31,19 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let scores = score(&model, &runs);
     let again = Scores::of(&scores, |s| s.held_out);
     println!("{again:?}");
-    let told = &meta.held_out;
-    for (name, found, told) in [
-        ("normal force", again.normal_of_range, told.normal_of_range),
-        ("friction", again.friction_of_limit, told.friction_of_limit),
-        ("stick ratio, straight", again.stick_straight, told.stick_straight),
-        ("stick ratio, turned", again.stick_turned, told.stick_turned),
-        ("area", again.area_of_largest, told.area_of_largest),
-        ("regime", again.regime_right, told.regime_right),
+    let stated = &meta.held_out;
+    for (name, found, stated) in [
+        ("normal force", again.normal_of_range, stated.normal_of_range),
+        ("friction", again.friction_of_limit, stated.friction_of_limit),
+        ("stick ratio, straight", again.stick_straight, stated.stick_straight),
+        ("stick ratio, turned", again.stick_turned, stated.stick_turned),
+        ("area", again.area_of_largest, stated.area_of_largest),
+        ("regime", again.regime_right, stated.regime_right),
     ] {
         let mend = "cargo xtask model --scores";
-        assert!((found - told).abs() <= 1e-9, "{name}: the file states {told}, the runs give {found}: {mend}");
+        assert!((found - stated).abs() <= 1e-9, "{name}: the file states {stated}, the runs give {found}: {mend}");
     }
-    // Friction lets the pressure lean its way, along y as along x: by up to 2 mm.
+    // Friction shifts the pressure in its direction, along y as along x: by up to 2 mm.
     let (mut squares, mut largest, mut rows) = ([0.0; 2], [0.0; 2], 0.0);
     for run in &held_out {
         for (sample, r) in run.samples.iter().zip(replay(&model, run)) {
@@ -58,7 +58,7 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let rms = squares.map(|sum| (sum / rows).sqrt());
     println!("centre of pressure along x and y: error {rms:?} mm (RMS), largest {largest:?} mm");
     assert!(rms.iter().all(|e| *e < 0.12) && largest[1] > 1.0, "{rms:?} {largest:?}");
-    // The band in the file is made from all held-out paths; 95.5 % is what it aims at.
+    // The band in the file is made from all held-out paths; its target is 95.5 %.
     let [all, ..] = Coverage::of(&model, &held_out);
     println!("band: {all:?}");
     assert!((0.93..=0.98).contains(&all.normal) && (0.93..=0.98).contains(&all.friction), "{all:?}");

@@ -1,5 +1,5 @@
-//! Tables made by the finite elements with a planted effect and noise, and Table 1 of Yoshida et al. 2011: what is planted
-//! is named, or stands among what the table cannot tell apart; nothing else is ever named.
+//! Tables made by the finite elements with a planted effect and noise, and Table 1 of Yoshida et al. 2011: the planted
+//! effect is named, or is among the effects that the table cannot distinguish; nothing else is ever named.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -17,7 +17,7 @@ use fingerpad_table::{
 use fingerpad_tests::random::Random;
 
 const DEPTHS_MM: [f64; 4] = [0.75, 1.0, 1.25, 1.5];
-const HOOKS: Hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
+const HOOKS: Hooks = Hooks { go_on: &|| true, report_progress: &|_, _| {} };
 
 fn config() -> Config {
     Config { mesh_preset: MeshPreset::Coarse, ..Config::default() }
@@ -87,7 +87,7 @@ fn found(table: MeasuredTable) -> Finding {
 
 #[test]
 #[ignore = "minutes of finite elements: `cargo xtask verify tables`"]
-fn what_is_planted_is_named_or_among_what_cannot_be_told_apart() {
+fn planted_effects_are_named_or_among_the_contenders() {
     let _alone = one_at_a_time();
     use Parameter::*;
     let cases: [(&str, Option<Effect>, &[(Parameter, f64)]); 7] = [
@@ -125,7 +125,7 @@ fn what_is_planted_is_named_or_among_what_cannot_be_told_apart() {
 /// Table 1: a zero of the normal force explains more with four constants than the exponent does, and the table cannot prove it.
 #[test]
 #[ignore = "slow: `cargo xtask test --slow`"]
-fn the_published_table_is_told_end_to_end() {
+fn the_published_table_is_diagnosed_end_to_end() {
     let _alone = one_at_a_time();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/yoshida2011.csv");
     let table = MeasuredTable::new(read_partial(&path, &ColumnNames::default()).unwrap()).unwrap();
@@ -149,15 +149,15 @@ fn the_published_table_is_told_end_to_end() {
     let load = |row| section.cells.iter().find(|c| c.row == row && c.quantity == "normal_force_n").unwrap();
     assert!((load(1).measured_corrected - (0.120 - zero.value)).abs() < 1e-9, "{:?}", load(1));
 
-    // The corrected configuration slides as the report says, by the time-stepping of a press and a slide.
+    // The corrected configuration slides as the report states, by the time-stepping of a press and a slide.
     let config = &finding.corrected.config;
     let (finger, _) = config.finger().unwrap();
     let depth_mm = config.experiment.depths_mm[1];
     let run = press_and_slide(config, &finger, depth_mm, None, None, &mut |_| ControlFlow::Continue(())).unwrap();
     let end = run.responses.last().unwrap();
     let reading = end.normal_force_n + zero.value;
-    let told = section.cells.iter().find(|c| c.row == 2 && c.quantity == "normal_force_n").unwrap().corrected;
-    assert!((reading / told - 1.0).abs() < 0.02, "{reading} N, the report says {told} N");
+    let stated = section.cells.iter().find(|c| c.row == 2 && c.quantity == "normal_force_n").unwrap().corrected;
+    assert!((reading / stated - 1.0).abs() < 0.02, "{reading} N, the report states {stated} N");
 }
 
 /// A finger of another size is the same finger in other units of length: depths g, forces g² times.

@@ -1,4 +1,4 @@
-//! The program as a person runs it: what it refuses and how, what it keeps when it is stopped.
+//! The program on its command line: refused inputs with their messages, and the files kept after an interruption.
 
 use std::{
     fs,
@@ -16,7 +16,7 @@ const QUICK: &str = "mesh_preset = \"coarse\"\n[experiment]\ndepths_mm = [0.4, 0
 fn configurations_are_refused_with_file_line_and_value() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    for (text, said) in [
+    for (text, expected) in [
         ("mesh_preset = \"coarse\"\nlambda = 3\n", &["bad.toml", "line 2", "lambda"][..]),
         ("[friction]\nlambda = -0.1\n", &["bad.toml", "line 2", "-0.1"]),
         ("[friction]\ngamma_crit_mm = nan\n", &["bad.toml", "line 2", "NaN"]),
@@ -37,7 +37,7 @@ fn configurations_are_refused_with_file_line_and_value() {
         ("shape = \"none.toml\"\n", &["none.toml"]),
     ] {
         write(at, "bad.toml", text);
-        refused(&["build", "--config", "bad.toml", "--mesh-preset", "coarse"], at, said);
+        refused(&["build", "--config", "bad.toml", "--mesh-preset", "coarse"], at, expected);
         assert!(!at.join("out/report.html").exists(), "{text}");
     }
     refused(&["build", "--config", "missing.toml"], at, &["missing.toml"]);
@@ -48,7 +48,7 @@ fn geometry_files_are_refused_with_file_line_and_value() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let shape = include_str!("../../data/geometry/a.toml");
-    for (from, to, said) in [
+    for (from, to, expected) in [
         (
             "skin_thickness_mm = 0.5",
             "skin_thickness_mm = -0.5",
@@ -59,7 +59,7 @@ fn geometry_files_are_refused_with_file_line_and_value() {
     ] {
         assert!(shape.contains(from));
         write(at, "f.toml", &shape.replacen(from, to, 1));
-        refused(&["mesh", "--shape", "f.toml", "--out", "f.vtu"], at, said);
+        refused(&["mesh", "--shape", "f.toml", "--out", "f.vtu"], at, expected);
         assert!(!at.join("f.vtu").exists());
     }
 }
@@ -69,7 +69,7 @@ fn paths_and_tables_are_refused_with_file_line_column_and_value() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let header = "t_s,depth_mm,slide_x_mm,slide_y_mm\n";
-    for (text, said) in [
+    for (text, expected) in [
         ("", &["p.csv"][..]),
         (header, &["p.csv"]),
         ("t_s,depth_mm,slide_x_mm\n0,0,0\n1,1,0\n", &["p.csv", "slide_y_mm"]),
@@ -81,7 +81,7 @@ fn paths_and_tables_are_refused_with_file_line_column_and_value() {
         (&format!("{header}0,0,0,0\n1,20,0,0\n"), &["p.csv", "20", "held section"]),
     ] {
         write(at, "p.csv", text);
-        refused(&["simulate", "--path", "p.csv", "--mesh-preset", "coarse", "--out", "r.csv"], at, said);
+        refused(&["simulate", "--path", "p.csv", "--mesh-preset", "coarse", "--out", "r.csv"], at, expected);
         assert!(!at.join("r.csv").exists());
     }
     write(at, "t.csv", "depth_mm,normal_force_n,friction_coefficient,contact_area_mm2\n0.5,-1,2,40\n");
@@ -110,7 +110,7 @@ fn a_solve_that_does_not_converge_says_where_and_keeps_what_it_reached() {
 fn a_full_disk_leaves_nothing_that_looks_finished() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    // A limit on the size of files stands for the disk.
+    // A limit on the size of files simulates a full disk.
     let mesh = format!(
         "ulimit -f 1; trap '' XFSZ; exec {} mesh --mesh-preset coarse --out m.vtu",
         env!("CARGO_BIN_EXE_fingerpad")
@@ -141,7 +141,7 @@ fn half_a_build(at: &Path) -> Child {
     child
 }
 
-/// The report without what differs from run to run.
+/// The report without the values that differ from run to run.
 fn numbers(at: &Path) -> serde_json::Value {
     let mut report: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(at.join("out/report.json")).unwrap()).unwrap();
@@ -211,7 +211,7 @@ fn every_command_explains_itself_with_examples() {
     }
 }
 
-/// `fingerpad ... | head -1`: what nobody reads is dropped, the work goes on.
+/// `fingerpad ... | head -1`: output to a closed pipe is dropped, the work continues.
 #[test]
 fn a_reader_that_goes_away_ends_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -221,7 +221,7 @@ fn a_reader_that_goes_away_ends_nothing() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(folder.path().join("m.vtu").exists());
 
-    // Settings are longer than a pipe's buffer need be: the reader leaves in the middle of a line.
+    // The reader closes the pipe in the middle of a line.
     let mut child = fingerpad(&["build", "--print-config"], folder.path()).spawn().unwrap();
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -230,8 +230,8 @@ fn a_reader_that_goes_away_ends_nothing() {
     {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let output = fingerpad(&["build", "--print-config"], folder.path()).stdout(full).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && said.contains("standard output"), "{said}");
+        let printed = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && printed.contains("standard output"), "{printed}");
     }
 }
 
@@ -245,9 +245,12 @@ fn a_build_compares_the_shipped_model_with_its_runs_and_fits_none() {
         assert_eq!(code, Some(0), "{stderr}");
         stdout
     };
-    let said = build("quick.toml");
-    assert!(said.contains("reduced model fingertip.fpm (shipped)") && !said.contains("another mesh"), "{said}");
-    assert!(!at.join("quick/model.fpm").exists() && !said.contains("fit"), "{said}");
+    let printed = build("quick.toml");
+    assert!(
+        printed.contains("reduced model fingertip.fpm (shipped)") && !printed.contains("another mesh"),
+        "{printed}"
+    );
+    assert!(!at.join("quick/model.fpm").exists() && !printed.contains("fit"), "{printed}");
     let report = |folder: &str| -> serde_json::Value {
         serde_json::from_str(&fs::read_to_string(at.join(folder).join("report.json")).unwrap()).unwrap()
     };
@@ -266,8 +269,8 @@ fn a_build_compares_the_shipped_model_with_its_runs_and_fits_none() {
 
     // Another friction law is another finger; other numerics are not.
     write(at, "law.toml", &format!("{QUICK}[friction]\nlambda = 0.3\n"));
-    let said = build("law.toml");
-    assert!(said.contains("the reduced model that ships is of another finger"), "{said}");
+    let printed = build("law.toml");
+    assert!(printed.contains("the reduced model that ships is of another finger"), "{printed}");
     assert!(report("law")["reduced"].is_null());
     write(at, "numerics.toml", &format!("{QUICK}[numerics.solver]\nmax_iterations = 60\n"));
     assert!(build("numerics.toml").contains("reduced model fingertip.fpm (shipped)"));

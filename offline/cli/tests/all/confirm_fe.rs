@@ -74,7 +74,7 @@ fn a_stopped_confirmation_goes_on_where_it_was() {
     assert_eq!(code, Some(130), "{stderr}");
     assert!(stderr.contains("finished strokes are kept in half/fe"), "{stderr}");
     let first = strokes(&half);
-    assert!(report(&half)["fe_confirmation"].is_null(), "the report stands without the confirmation");
+    assert!(report(&half)["fe_confirmation"].is_null(), "the report is written without the confirmation");
     assert!(half.join("report.html").exists() && half.join("corrected.fpm").exists());
 
     let mut child = diagnose(at, "half");

@@ -1,4 +1,4 @@
-//! The design of experiments from the command line: shares, going on after a kill, what is refused.
+//! The design of experiments from the command line: shares, resuming after a kill, refused inputs.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,7 +26,8 @@ fn read(file: &Path) -> Run {
     Run { cpu_s: 0.0, ..Run::from_bytes(&fs::read(file).unwrap(), file).unwrap() }
 }
 
-/// What a kill leaves is kept and not made again; the shares part the rest; a run does not depend on how it came about.
+/// Runs finished before a kill are kept and not repeated; the shares divide the rest; a run does not depend on the
+/// order of the runs.
 #[test]
 #[cfg(unix)]
 fn a_killed_design_goes_on_in_shares() {
@@ -86,7 +87,7 @@ fn shares_and_sizes_that_are_none_are_refused_by_name_and_value() {
     }
     refused(&["reduce", "--runs", "runs", "--task", "1/2", "--out", "m.fpm"], at, &["--design"]);
     refused(&[&design[..], &["--task", "1/2", "--out", "m.fpm"]].concat(), at, &["--task", "--out"]);
-    for (text, said) in [
+    for (text, expected) in [
         ("depth_mm = [0.01, 2.5]", &["design.depth_mm", "[0.01, 2.5]", "0.15"][..]),
         ("pitch_deg = [5, 40]", &["design.pitch_deg", "[5.0, 40.0]"]),
         ("depth_mm = [0.3, 9.0]", &["[design]: path ", "mm reaches"]),
@@ -95,7 +96,7 @@ fn shares_and_sizes_that_are_none_are_refused_by_name_and_value() {
         ("[design.paths]\nspin = [1, 5000]", &["design.paths.spin", "[1, 5000]"]),
     ] {
         write(at, "c.toml", &format!("[design]\n{text}\n"));
-        refused(&[&design[..], &["--config", "c.toml"]].concat(), at, said);
+        refused(&[&design[..], &["--config", "c.toml"]].concat(), at, expected);
     }
     assert!(runs(&at.join("runs")).is_empty());
 }
@@ -105,7 +106,7 @@ fn shares_and_sizes_that_are_none_are_refused_by_name_and_value() {
 #[cfg(unix)]
 fn the_job_array_hands_its_share_on() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/cluster/design.sbatch");
-    let said = |more: &[&str]| {
+    let printed = |more: &[&str]| {
         let mut command = Command::new("bash");
         command.args([script, "my runs"]).args(more).env("FINGERPAD", "echo").env("SLURM_CPUS_PER_TASK", "2");
         let output = command.env("SLURM_ARRAY_TASK_ID", "3").env("SLURM_ARRAY_TASK_COUNT", "8").output().unwrap();
@@ -113,6 +114,6 @@ fn the_job_array_hands_its_share_on() {
         String::from_utf8(output.stdout).unwrap()
     };
     let config = ["--config", "f.toml"];
-    assert_eq!(said(&config), "reduce --design --runs my runs --jobs 2 --task 3/8 --config f.toml\n");
-    assert_eq!(said(&["--check"]), "reduce --design --runs my runs --jobs 2 --check\n");
+    assert_eq!(printed(&config), "reduce --design --runs my runs --jobs 2 --task 3/8 --config f.toml\n");
+    assert_eq!(printed(&["--check"]), "reduce --design --runs my runs --jobs 2 --check\n");
 }

@@ -1,4 +1,4 @@
-//! `fingerpad eval` and `fingerpad simulate` follow the same paths, refuse the same ones and warn alike.
+//! `fingerpad eval` and `fingerpad simulate` follow the same paths, refuse the same ones and print the same warnings.
 
 use std::collections::HashMap;
 use std::fs;
@@ -160,9 +160,9 @@ fn each_pitch_gives_forces_of_its_own_and_a_spin_its_moment() {
     let mut forces = Vec::new();
     for pitch in [12.0, 20.0, 30.0, 40.0, 50.0] {
         write(at, "p.csv", &press_and_slide(1.0, &[("pitch_deg", pitch)]));
-        let said = eval(&["--path", "p.csv", "--out", "r.csv"], at);
-        let by_pad = said.contains("fingertip-pad.fpm (shipped): the path leaves the pose");
-        assert_eq!((by_pad, said.lines().count()), (pitch != 30.0, usize::from(by_pad)), "{said}");
+        let printed = eval(&["--path", "p.csv", "--out", "r.csv"], at);
+        let by_pad = printed.contains("fingertip-pad.fpm (shipped): the path leaves the pose");
+        assert_eq!((by_pad, printed.lines().count()), (pitch != 30.0, usize::from(by_pad)), "{printed}");
         let found = columns(&at.join("r.csv"));
         let last = |name: &str| *found[name].last().unwrap();
         assert_eq!((last("pitch_deg"), last("roll_deg")), (pitch, 0.0));
@@ -201,16 +201,16 @@ fn poses_and_moments_that_cannot_be_followed_are_refused_by_name_in_both_command
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     write(at, "c.toml", "shape = \"a\"\nmesh_preset = \"coarse\"\n[tissue.bone]\nkind = \"fixed\"\n");
-    for (column, value, said) in [
+    for (column, value, expected) in [
         ("pitch_deg", 85.0, "pitch_deg 85: must be from 10 to 70"),
         ("roll_deg", 60.0, "roll_deg 60: must be from -30 to 30"),
         // Radians.
         ("pitch_deg", 0.52, "pitch_deg 0.52: must be from 10 to 70"),
     ] {
         write(at, "p.csv", &press_and_slide(1.0, &[(column, value)]));
-        let said = ["p.csv", "data row 1", said];
-        refused(&["simulate", "--path", "p.csv", "--config", "c.toml", "--out", "r.csv"], at, &said);
-        refused(&["eval", "--path", "p.csv", "--out", "r.csv"], at, &said);
+        let expected = ["p.csv", "data row 1", expected];
+        refused(&["simulate", "--path", "p.csv", "--config", "c.toml", "--out", "r.csv"], at, &expected);
+        refused(&["eval", "--path", "p.csv", "--out", "r.csv"], at, &expected);
     }
     for (moment, angle) in
         [("spin_moment_n_mm", "spin_deg"), ("moment_y_n_mm", "pitch_deg"), ("moment_x_n_mm", "roll_deg")]
@@ -293,8 +293,8 @@ fn conditions_that_a_model_does_not_read_and_values_out_of_range_are_refused() {
     let warm = [&eval[..], &["--model", "warm.fpm"]].concat();
     refused(&[&warm[..], &["--hydration-au", "50"]].concat(), at, &["--hydration-au 50", "it reads --temperature-c"]);
     for value in ["nan", "5000", "-5", "302.15"] {
-        let said = [format!("--temperature-c {value}").replace("nan", "NaN"), "20 to 40 °C".to_owned()];
-        refused(&[&warm[..], &["--temperature-c", value]].concat(), at, &said.each_ref().map(String::as_str));
+        let expected = [format!("--temperature-c {value}").replace("nan", "NaN"), "20 to 40 °C".to_owned()];
+        refused(&[&warm[..], &["--temperature-c", value]].concat(), at, &expected.each_ref().map(String::as_str));
     }
     assert!(!at.join("r.csv").exists());
     assert_eq!(run(&[&warm[..], &["--temperature-c", "30"]].concat(), at).0, Some(0));
@@ -315,7 +315,7 @@ fn runs_that_lack_a_column_of_an_effect_are_refused_and_those_in_millinewtons_wa
     write(at, "mn.csv", &in_millinewtons(measured));
     let moist = ["eval", "--model", "moist.fpm", "--out", "r.csv"];
     refused(&[&moist[..], &["--runs", "bare.csv"]].concat(), at, &["bare.csv", "`hydration_au`", "moist.fpm"]);
-    // Conditions of runs stand in their file.
+    // Conditions of runs are in their file.
     refused(&[&moist[..], &["--runs", "m.csv", "--hydration-au", "30"]].concat(), at, &["--hydration-au", "--runs"]);
     let (code, _, stderr) = run(&[&moist[..], &["--runs", "m.csv"]].concat(), at);
     assert_eq!((code, stderr.as_str()), (Some(0), ""));
@@ -342,7 +342,7 @@ fn simulate_warns_of_the_units_that_eval_warns_of() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     write(at, "c.toml", "shape = \"a\"\nmesh_preset = \"coarse\"\n[tissue.bone]\nkind = \"fixed\"\n");
-    for (path, said) in [
+    for (path, expected) in [
         (press_and_slide(0.001, &[]), &["0.001", "in metres"][..]),
         (press_and_slide(-1.0, &[]), &["no row touches", "sign"]),
         (press_and_slide(1000.0, &[]), &["1000", "in micrometres"]),
@@ -351,7 +351,7 @@ fn simulate_warns_of_the_units_that_eval_warns_of() {
         let simulate = ["simulate", "--path", "p.csv", "--config", "c.toml", "--out", "s.csv"];
         for arguments in [&simulate[..], &["eval", "--path", "p.csv", "--out", "e.csv"]] {
             let (_, _, stderr) = run(arguments, at);
-            for part in said {
+            for part in expected {
                 assert!(stderr.contains(part), "{arguments:?}: no `{part}` in: {stderr}");
             }
         }
@@ -397,7 +397,7 @@ fn an_output_replaces_only_what_the_same_command_wrote() {
             assert_eq!(code, Some(0), "{command:?} {content:?}: {stderr}");
             assert!(fs::metadata(at.join(own)).unwrap().len() > 100, "{own}");
         }
-        // An input stays whatever is said.
+        // The input is never overwritten.
         if command.contains(&"p.csv") {
             refused(&[command, &["--out", "p.csv", "--force"]].concat(), at, &["would overwrite p.csv"]);
         }

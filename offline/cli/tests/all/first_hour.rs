@@ -1,4 +1,4 @@
-//! What a person meets in the first hour: places of outputs, units, settings left out, progress, an end when asked.
+//! Typical mistakes of a new user: places of outputs, units, missing settings; progress and interruption.
 
 use std::{
     fs,
@@ -39,7 +39,7 @@ fn an_output_never_overwrites_an_input() {
     write(at, "p.csv", &text);
     write(at, "r.partial.csv", &text);
     write(at, "c.toml", "mesh_preset = \"coarse\"\n");
-    for (arguments, said) in [
+    for (arguments, message) in [
         (&["eval", "--path", "p.csv", "--out", "p.csv"][..], &["--out p.csv", "overwrite", "--path"][..]),
         (&["eval", "--path", "p.csv", "--out", "./new/../p.csv"], &["p.csv", "--path"]),
         (&["simulate", "--path", "p.csv", "--config", "c.toml", "--out", "p.csv"], &["overwrite", "--path"]),
@@ -50,7 +50,7 @@ fn an_output_never_overwrites_an_input() {
         (&["build", "--table", "p.csv", "--config", "c.toml", "--out", "p.csv"], &["p.csv"]),
     ] {
         fs::create_dir_all(at.join("new")).unwrap();
-        refused(arguments, at, said);
+        refused(arguments, at, message);
         assert_eq!(fs::read_to_string(at.join("p.csv")).unwrap(), text, "{arguments:?}");
     }
     #[cfg(unix)]
@@ -83,7 +83,7 @@ fn places_that_cannot_be_written_are_refused_before_computing() {
     fs::create_dir(at.join("folder.csv")).unwrap();
     let start = Instant::now();
     let simulate = ["simulate", "--path", "p.csv"];
-    for (more, said) in [
+    for (more, message) in [
         (&["--out", "folder.csv"][..], &["--out folder.csv", "is a folder"][..]),
         (&["--out", "p.csv/r.csv"], &["--out p.csv/r.csv", "cannot be"]),
         (&["--out", "r.csv", "--vtu", "t.csv"], &["--vtu t.csv", "is a file"]),
@@ -94,7 +94,7 @@ fn places_that_cannot_be_written_are_refused_before_computing() {
         (&["--out", "r.csv", "--report", "d", "--map-rows", "last"], &["--map-rows", "last"]),
         (&["--out", "r.csv", "--map-rows", "2"], &["--report <DIR>"]),
     ] {
-        refused(&[&simulate[..], more].concat(), at, said);
+        refused(&[&simulate[..], more].concat(), at, message);
     }
     for arguments in [
         &["build", "--out", "t.csv/out"][..],
@@ -143,8 +143,8 @@ fn a_response_is_drawn_also_where_the_run_ends_early() {
     write(at, "c.toml", "shape = \"a\"\nmesh_preset = \"coarse\"\n[tissue.bone]\nkind = \"fixed\"\n");
     write(at, "p.csv", &format!("{HEAD}0,0,0,0\n1,0.3,0,0\n2,0.3,0.1,0\n3,0.3,0.05,0\n4,-0.1,0.05,0\n"));
     let simulate = ["simulate", "--path", "p.csv", "--config", "c.toml", "--out", "new/r.csv", "--report", "new"];
-    let (said, _) = done(&simulate, at);
-    assert!(said.contains("new/report.html"), "{said}");
+    let (printed, _) = done(&simulate, at);
+    assert!(printed.contains("new/report.html"), "{printed}");
     let maps = || names(&at.join("new/figures")).into_iter().filter(|name| name.ends_with("_pressure.png")).count();
     // The end of the press, the turn, the last row that presses.
     assert_eq!(maps(), 3);
@@ -158,8 +158,8 @@ fn a_response_is_drawn_also_where_the_run_ends_early() {
     let drawn = &report["maps"][0]["response"];
     assert_eq!((drawn["t_s"].as_f64(), drawn["slide_x_mm"].as_f64()), (Some(2.0), Some(0.1)));
 
-    // More friction or moment than there is: the run ends, its rows stay and are drawn.
-    for (path, said) in [
+    // Excessive friction or moment: the run ends, its rows are kept and drawn.
+    for (path, message) in [
         ("t_s,depth_mm,friction_x_n,friction_y_n\n0,0,0,0\n1,0.3,0,0\n2,0.3,5,0\n", "friction force of 5.0000 N"),
         (
             "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_moment_n_mm\n0,0,0,0,0\n1,0.3,0,0,0\n2,0.3,0,0,9\n",
@@ -169,7 +169,7 @@ fn a_response_is_drawn_also_where_the_run_ends_early() {
         write(at, "p.csv", path);
         let (code, _, stderr) = run(&simulate, at);
         assert!(code == Some(3) && stderr.contains("rows kept in new/r.partial.csv"), "{code:?} {stderr}");
-        assert!(stderr.contains("row 2 drives") && stderr.contains(said), "{stderr}");
+        assert!(stderr.contains("row 2 drives") && stderr.contains(message), "{stderr}");
         let rows = fs::read_to_string(at.join("new/r.partial.csv")).unwrap();
         assert!(rows.lines().count() > 5, "{rows}");
     }
@@ -245,10 +245,10 @@ fn material_constants_that_are_left_out_keep_their_defaults() {
 }
 
 #[test]
-fn eval_says_what_it_flagged_and_asks_for_units() {
+fn eval_reports_its_flags_and_requires_units() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    for (text, said) in [
+    for (text, message) in [
         (
             path("50", "4"),
             &["depth_above_range in 491 of 543 rows", "row 53 of the response", "(5.1360 mm)", "micrometres"][..],
@@ -263,7 +263,7 @@ fn eval_says_what_it_flagged_and_asks_for_units() {
     ] {
         write(at, "p.csv", &text);
         let (_, stderr) = done(&["eval", "--path", "p.csv", "--out", "r.csv"], at);
-        for part in said {
+        for part in message {
             assert!(stderr.contains(part), "no `{part}` in: {stderr}");
         }
     }
@@ -294,19 +294,19 @@ fn our_own_deck_is_imported_without_its_plane() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     done(&["mesh", "--mesh-preset", "coarse", "--deck", "--out", "deck.inp"], at);
-    let (said, _) = done(&["mesh", "--imported", "deck.inp", "--out", "back.vtu"], at);
-    assert!(said.contains("the plane (1 element(s) of the set PLANE)"), "{said}");
-    assert!(said.contains("0 elements turned") && said.contains("0 nodes merged"), "{said}");
-    let region = |said: &str, name: &str| said.lines().find(|l| l.trim_start().starts_with(name)).unwrap().to_owned();
+    let (printed, _) = done(&["mesh", "--imported", "deck.inp", "--out", "back.vtu"], at);
+    assert!(printed.contains("the plane (1 element(s) of the set PLANE)"), "{printed}");
+    assert!(printed.contains("0 elements turned") && printed.contains("0 nodes merged"), "{printed}");
+    let region = |text: &str, name: &str| text.lines().find(|l| l.trim_start().starts_with(name)).unwrap().to_owned();
     let (direct, _) = done(&["mesh", "--mesh-preset", "coarse", "--out", "direct.vtu"], at);
     for name in ["skin:", "subcutaneous:", "nail:"] {
-        assert_eq!(region(&said, name), region(&direct, name));
+        assert_eq!(region(&printed, name), region(&direct, name));
     }
     done(&["mesh", "--imported", "deck.inp", "--out", "again.inp"], at);
 }
 
 #[test]
-fn a_cause_is_told_once() {
+fn a_cause_is_printed_once() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     for arguments in [
@@ -357,7 +357,7 @@ fn unpack(name: &str, folder: &Path, file: &str) {
     write(folder, file, &text);
 }
 
-/// Every long command ends with 130 soon after it is asked to; `reduce` finds the runs that ship from any folder.
+/// Every long command ends with 130 soon after an interruption; `reduce` finds the shipped runs from any folder.
 #[test]
 #[cfg(unix)]
 fn signals_end_every_long_command_within_a_second() {

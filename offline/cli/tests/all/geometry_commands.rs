@@ -16,12 +16,12 @@ fn done(folder: &Path, args: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Says it on standard error and ends with 2.
+/// Checks that the command prints the expected text on standard error and exits with 2.
 fn refused(folder: &Path, args: &[&str], expected: &[&str]) {
     let output = run(folder, args);
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {errors}");
-    assert!(expected.iter().all(|e| errors.contains(e)), "{args:?}: {errors}\nshould say {expected:?}");
+    assert!(expected.iter().all(|e| errors.contains(e)), "{args:?}: {errors}\nshould contain {expected:?}");
 }
 
 const PHANTOM: [&str; 9] = ["phantom", "--voxels", "80", "60", "60", "--extent-mm", "32", "24", "24"];
@@ -30,11 +30,11 @@ const PHANTOM: [&str; 9] = ["phantom", "--voxels", "80", "60", "60", "--extent-m
 fn a_phantom_becomes_a_mesh_and_bad_files_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let said = done(folder, &[&PHANTOM[..], &["--out", "p.nii.gz"]].concat());
-    assert!(said.contains("80 x 60 x 60 voxels of 0.4000 x 0.4000 x 0.4000 mm"), "{said}");
+    let printed = done(folder, &[&PHANTOM[..], &["--out", "p.nii.gz"]].concat());
+    assert!(printed.contains("80 x 60 x 60 voxels of 0.4000 x 0.4000 x 0.4000 mm"), "{printed}");
     std::fs::write(folder.join("v.toml"), "mesh_preset = \"coarse\"\n[volume]\nfile = \"p.nii.gz\"\n").unwrap();
-    let said = done(folder, &["mesh", "--config", "v.toml", "--out", "p.vtu", "--picture", "p.png", "--json"]);
-    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let printed = done(folder, &["mesh", "--config", "v.toml", "--out", "p.vtu", "--picture", "p.png", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&printed).unwrap();
     let rms = json["geometry"]["volume"]["skin"]["border_rms_mm"].as_f64().unwrap();
     assert!(rms > 0.0 && rms < 0.2, "{rms}");
     assert!((json["geometry"]["template"]["half_width_mm"].as_f64().unwrap() - 8.5).abs() < 0.05);
@@ -64,14 +64,14 @@ fn our_files_and_gmsh_s_are_imported() {
     let folder = dir.path();
     for name in ["f.inp", "f.msh"] {
         done(folder, &["mesh", "--mesh-preset", "coarse", "--out", name]);
-        let said = done(folder, &["mesh", "--imported", name, "--out", "back.vtu"]);
-        assert!(said.contains("0 elements turned") && said.contains("0 unused nodes dropped"), "{said}");
+        let printed = done(folder, &["mesh", "--imported", name, "--out", "back.vtu"]);
+        assert!(printed.contains("0 elements turned") && printed.contains("0 unused nodes dropped"), "{printed}");
         // A .msh file has no ties: the nail's nodes become the skin's.
-        assert_eq!(said.contains(", 0 nodes merged"), name == "f.inp", "{said}");
+        assert_eq!(printed.contains(", 0 nodes merged"), name == "f.inp", "{printed}");
     }
     let cushion = concat!(env!("CARGO_MANIFEST_DIR"), "/data/meshes/cushion.toml");
-    let said = done(folder, &["mesh", "--config", cushion, "--out", "cushion.msh"]);
-    assert!(said.contains("nail"), "{said}");
+    let printed = done(folder, &["mesh", "--config", cushion, "--out", "cushion.msh"]);
+    assert!(printed.contains("nail"), "{printed}");
     std::fs::write(folder.join("m.toml"), "[imported]\nfile = \"f.msh\"\nregions = { skin = [\"peau\"] }\n").unwrap();
     let expected = ["f.msh", "imported.regions.skin: the file has no `peau`", "subcutaneous"];
     refused(folder, &["mesh", "--config", "m.toml", "--out", "c.vtu"], &expected);

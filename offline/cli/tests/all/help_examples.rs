@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long an example may compute before it is taken to be right.
+/// Time after which a running example counts as right.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 
 const PACKAGE: &str = env!("CARGO_MANIFEST_DIR");
@@ -27,7 +27,7 @@ fn examples(command: &str) -> Vec<String> {
     let help = help(command);
     let (_, section) = help.split_once("Examples:\n").unwrap_or_else(|| panic!("{command} has no examples"));
     let section = section.split("\n\n").next().unwrap();
-    // A command goes on behind a backslash; remarks stand further in.
+    // A command continues behind a backslash; remarks are indented further.
     let whole = section.replace(" \\\n      ", " ");
     let lines: Vec<&str> = whole.lines().collect();
     let starts = ["  fingerpad ", "  printf ", "      "];
@@ -91,17 +91,17 @@ fn prepare(at: &Path) {
     }
 }
 
-/// Runs a line as a shell does; what it said if it fails.
+/// Runs a line as a shell does; the error is its output.
 fn runs(line: &str, at: &Path) -> Result<(), String> {
     let program = Path::new(env!("CARGO_BIN_EXE_fingerpad")).parent().unwrap();
     let path = format!("{}:{}", program.display(), env::var("PATH").unwrap());
-    let said = at.join(".said");
+    let printed = at.join(".output");
     let mut child = Command::new("sh")
         .args(["-c", &format!("exec {line}").replace("exec printf", "printf")])
         .env("PATH", path)
         .current_dir(at)
         .stdout(Stdio::null())
-        .stderr(fs::File::create(&said).unwrap())
+        .stderr(fs::File::create(&printed).unwrap())
         .spawn()
         .unwrap();
     let start = Instant::now();
@@ -116,12 +116,12 @@ fn runs(line: &str, at: &Path) -> Result<(), String> {
             None => std::thread::park_timeout(Duration::from_millis(5)),
         }
     };
-    let said = fs::read_to_string(said).unwrap();
-    // Shares that nobody has run cannot be collected: the rest of the line is understood.
-    if status.success() || line.ends_with("--collect") && said.contains("no finished subject") {
+    let printed = fs::read_to_string(printed).unwrap();
+    // Shares that have not run cannot be collected: the line itself is accepted.
+    if status.success() || line.ends_with("--collect") && printed.contains("no finished subject") {
         Ok(())
     } else {
-        Err(said)
+        Err(printed)
     }
 }
 
@@ -180,8 +180,8 @@ fn every_example_of_every_help_runs() {
         for line in examples(command) {
             // A design that is stopped leaves few runs, of other settings than those that are there for the fit.
             let place = if command == "reduce" && line.contains("--design") { design.path() } else { folder.path() };
-            if let Err(said) = runs(&line, place) {
-                panic!("`{line}`: {said}");
+            if let Err(printed) = runs(&line, place) {
+                panic!("`{line}`: {printed}");
             }
             count += 1;
         }
@@ -194,21 +194,21 @@ fn every_command_has_tested_examples() {
     let all = help("");
     COMMANDS.iter().for_each(|command| assert!(all.contains(&format!("  {command} ")), "{command}"));
     let listed = all.split_once("Commands:\n").unwrap().1.lines().take_while(|l| !l.is_empty());
-    // A description that goes on in a second line stands further in.
+    // The second line of a description is indented further.
     let listed = listed.filter(|l| !l.starts_with("   ")).count();
     assert_eq!(listed, COMMANDS.len() + 1, "a command without a test of its examples, `help` aside: {all}");
 }
 
 #[test]
 fn the_program_says_its_version_and_its_commands() {
-    let said = |argument: &str| {
+    let printed = |argument: &str| {
         let output = Command::new(env!("CARGO_BIN_EXE_fingerpad")).arg(argument).output().unwrap();
         assert!(output.status.success());
         String::from_utf8(output.stdout).unwrap()
     };
-    assert_eq!(said("--version"), format!("fingerpad {}\n", env!("CARGO_PKG_VERSION")));
-    assert_eq!(said("help"), help(""));
+    assert_eq!(printed("--version"), format!("fingerpad {}\n", env!("CARGO_PKG_VERSION")));
+    assert_eq!(printed("help"), help(""));
     for command in ["build", "diagnose", "simulate", "eval"] {
-        assert!(said("help").contains(command));
+        assert!(printed("help").contains(command));
     }
 }

@@ -1,4 +1,4 @@
-//! `fingerpad identify` as a person runs it: tables that it refuses, a folder of subjects, a run that goes on.
+//! `fingerpad identify` on its command line: refused tables, a folder of subjects, an interrupted run that resumes.
 
 use std::{fs, path::Path, process::Command};
 
@@ -19,14 +19,14 @@ fn write(folder: &Path, name: &str, text: &str) {
 const HEAD: &str = "depth_mm,normal_force_n,friction_coefficient,contact_area_mm2\n";
 /// Shallow slides of a finger that is cheap to run.
 const FINGER: &str = "shape = \"a\"\nmesh_preset = \"coarse\"\n[tissue.bone]\nkind = \"fixed\"\n";
-/// The search that goes with it.
+/// The matching search settings.
 const SEARCH: &str = "[identify.simplex]\nstarts = [[0.086, 0.46]]\n";
 const SUBJECT: &str = "0.4,0.055,2.6,20\n0.5,0.078,2.35,27\n0.6,0.105,2.15,33\n";
 
 /// Rows of a table that the finger of `FINGER` itself made under a law.
 fn planted(lambda: f64, beta: f64) -> String {
     let config: Config = toml::from_str(FINGER).unwrap();
-    let hooks = Hooks { go_on: &|| true, tell: &|_, _| {} };
+    let hooks = Hooks { go_on: &|| true, report_progress: &|_, _| {} };
     let settings = Settings::default();
     let evaluator = Evaluator::new(&config, &settings, StateCache::default(), &hooks, 1);
     let law = RubberFriction { lambda, beta, ..config.friction };
@@ -45,7 +45,7 @@ fn planted(lambda: f64, beta: f64) -> String {
 fn degenerate_tables_are_refused_with_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    for (rows, said) in [
+    for (rows, expected) in [
         ("0.75,0.12,2.46,49.4\n", &["t.csv", "1 row(s)", "0.75 mm"][..]),
         ("1,0.2,2,60\n1,0.21,2,61\n1,0.19,2.1,60\n", &["t.csv", "one depth, 1 mm"]),
         ("0.75,12.2,2.46,49.4\n1,20.2,2,62.8\n", &["t.csv:2", "normal_force_n", "12.2", "grams"]),
@@ -58,7 +58,7 @@ fn degenerate_tables_are_refused_with_what_is_wrong() {
         write(at, "t.csv", &format!("{HEAD}{rows}"));
         let (code, _, stderr) = run(&["identify", "--data", "t.csv", "--mesh-preset", "coarse", "--out", "o"], at);
         assert_eq!(code, Some(2), "{rows}: {stderr}");
-        for part in said {
+        for part in expected {
             assert!(stderr.contains(part), "no `{part}` in: {stderr}");
         }
         assert!(!at.join("o/report.json").exists());
@@ -66,7 +66,7 @@ fn degenerate_tables_are_refused_with_what_is_wrong() {
     write(at, "t.csv", "depth_mm,friction_coefficient\n0.75,2.46\n1,2\n");
     let (code, _, stderr) = run(&["identify", "--data", "t.csv", "--mesh-preset", "coarse", "--out", "o"], at);
     assert!(code == Some(2) && stderr.contains("t.csv:1: no column `normal_force_n`"), "{stderr}");
-    for (section, said) in [
+    for (section, expected) in [
         ("[identify.region]\nbeta = [0.5, 0.1]\n", "region.beta"),
         ("[identify]\nconfidence = 1.5\n", "confidence"),
         ("[identify.simplex]\nstarts = [[-1.0, 0.4]]\n", "simplex.starts"),
@@ -74,7 +74,7 @@ fn degenerate_tables_are_refused_with_what_is_wrong() {
     ] {
         write(at, "bad.toml", section);
         let (code, _, stderr) = run(&["identify", "--config", "bad.toml", "--mesh-preset", "coarse", "--out", "o"], at);
-        assert!(code == Some(2) && stderr.contains(said), "{section}: {stderr}");
+        assert!(code == Some(2) && stderr.contains(expected), "{section}: {stderr}");
     }
     for arguments in [&["identify", "--task", "1/2"][..], &["identify", "--data", ".", "--task", "3/2"]] {
         assert_eq!(run(arguments, at).0, Some(2), "{arguments:?}");
@@ -114,11 +114,11 @@ fn a_folder_of_tables_in_shares_and_collected() {
     let population = read("study/population.json");
     let names: Vec<_> = population["subjects"].as_array().unwrap().iter().map(|s| s["name"].clone()).collect();
     assert_eq!(names, ["anna", "bert"]);
-    let told = |k: usize, what: &str| population["subjects"][k][what].as_f64().unwrap();
+    let found = |k: usize, what: &str| population["subjects"][k][what].as_f64().unwrap();
     for (k, [strength_kpa, beta]) in [[7.517, 0.46], [6.121, 0.3]].into_iter().enumerate() {
-        assert!((told(k, "beta") - beta).abs() < 0.03, "{population}");
-        assert!((told(k, "tau_ref_kpa") / strength_kpa - 1.0).abs() < 0.03, "{population}");
-        assert!((told(k, "stiffness") - 1.0).abs() < 0.03, "{population}");
+        assert!((found(k, "beta") - beta).abs() < 0.03, "{population}");
+        assert!((found(k, "tau_ref_kpa") / strength_kpa - 1.0).abs() < 0.03, "{population}");
+        assert!((found(k, "stiffness") - 1.0).abs() < 0.03, "{population}");
     }
 
     // The states of a lost report are not computed again.
@@ -156,7 +156,7 @@ fn published_constants_are_collected_over_subjects() {
     let spreads: Vec<_> = population["spreads"].as_array().unwrap().iter().map(|s| s["name"].clone()).collect();
     assert_eq!(spreads, ["stiffness factor", "depth offset, mm"]);
     let page = fs::read_to_string(at.join("study/population.html")).unwrap();
-    assert!(page.contains("2 of 2 subjects stand with the published law"), "{page}");
+    assert!(page.contains("2 of 2 subjects have the published law"), "{page}");
 }
 
 #[test]
@@ -225,7 +225,7 @@ fn snakemake_does_a_population_study() {
 fn the_job_array_hands_its_share_on() {
     let folder = tempfile::tempdir().unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/cluster/fingerpad.sbatch");
-    let said = |more: &[&str]| {
+    let printed = |more: &[&str]| {
         let output = Command::new("bash")
             .arg(script)
             .args(["tables dir", "out"])
@@ -240,6 +240,6 @@ fn the_job_array_hands_its_share_on() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
-    assert_eq!(said(&["--fast"]), "identify --data tables dir --out out --jobs 4 --task 3/8 --fast\n");
-    assert_eq!(said(&["--collect"]), "identify --data tables dir --out out --jobs 4 --collect\n");
+    assert_eq!(printed(&["--fast"]), "identify --data tables dir --out out --jobs 4 --task 3/8 --fast\n");
+    assert_eq!(printed(&["--collect"]), "identify --data tables dir --out out --jobs 4 --collect\n");
 }

@@ -92,7 +92,7 @@ fn a_column_of_the_path_drives_the_table_as_the_core_does_by_hand() {
     for (k, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
         assert_eq!(*found, wanted.map(f64::from), "row {k}");
     }
-    // A constant voltage is another answer, and the same as a column of that value.
+    // A constant voltage changes the result, in the same way as a column of that value.
     let constant: Vec<[f64; 4]> = rows.iter().map(|[t, depth, x, _]| [*t, *depth, *x, 120.0]).collect();
     write(at, "constant.csv", &path_csv(&constant));
     let plain = path_csv(&rows).lines().fold(String::new(), |text, line| {
@@ -119,9 +119,9 @@ fn a_path_that_lacks_the_column_or_has_it_twice_or_out_of_range_is_refused() {
     write(at, "far.csv", "t_s,depth_mm,slide_x_mm,slide_y_mm,voltage_v\n0,0,0,0,0\n1,1,0,0,1200\n");
     write(at, "good.csv", "t_s,depth_mm,slide_x_mm,slide_y_mm,voltage_v\n0,0,0,0,0\n1,1,0,0,100\n");
     write(at, "r.csv", "an earlier response\n");
-    let eval = |path: &'static str, more: &[&'static str], said: &[&str]| {
+    let eval = |path: &'static str, more: &[&'static str], expected: &[&str]| {
         let arguments = [&["eval", "--model", "charged.fpm", "--path", path, "--out", "r.csv"][..], more].concat();
-        refused(&arguments, at, said);
+        refused(&arguments, at, expected);
         assert_eq!(fs::read_to_string(at.join("r.csv")).unwrap(), "an earlier response\n", "{arguments:?}");
     };
     eval("bare.csv", &[], &["bare.csv: line 1", "`voltage_v` is missing", "charged.fpm", "--column voltage_v=20"]);
@@ -173,7 +173,7 @@ parameter = [{ name = "gain", unit = "", range = [0, 1], typical = 0.05 }]
 "#;
 
 #[test]
-fn what_is_wrong_with_a_law_or_its_column_is_told_with_its_place_and_an_earlier_diagnosis_stays() {
+fn errors_of_a_law_or_its_column_name_the_place_and_keep_an_earlier_diagnosis() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     runs(at, "calibration_d.csv.gz", "c.csv", None);
@@ -190,7 +190,7 @@ fn what_is_wrong_with_a_law_or_its_column_is_told_with_its_place_and_an_earlier_
     let earlier = contents(&at.join("d"));
     assert!(earlier.contains_key("report.json") && earlier.contains_key("corrected.fpm"), "{:?}", earlier.keys());
     let formula = "gain * (voltage_v / 100)^2";
-    for (from, to, said) in [
+    for (from, to, expected) in [
         (formula, "gain * 10 / voltage_v", &["line 10", "character 11", "divided by zero", "voltage_v = 0 V"][..]),
         (formula, "gain * volts", &["line 10", "character 8", "`volts`"]),
         (formula, "gain * (voltage_v - path_mm)", &["line 10", "contradictory units", "V and mm"]),
@@ -200,7 +200,7 @@ fn what_is_wrong_with_a_law_or_its_column_is_told_with_its_place_and_an_earlier_
     ] {
         assert!(LAWS.contains(from));
         write(at, "bad.toml", &LAWS.replacen(from, to, 1));
-        refused(&diagnose("m.csv", "bad.toml", &[]), at, &[&["bad.toml"], said].concat());
+        refused(&diagnose("m.csv", "bad.toml", &[]), at, &[&["bad.toml"], expected].concat());
         assert_eq!(contents(&at.join("d")), earlier, "{to}");
     }
     let active = LAWS.replace("strength", "stiffness").replace(formula, "gain * (path_mm / 50)");
@@ -211,14 +211,14 @@ fn what_is_wrong_with_a_law_or_its_column_is_told_with_its_place_and_an_earlier_
         ("far.csv", &[], &["far.csv:201", "`voltage_v`", "`900`", "0 to 200 V"]),
         ("m.csv", &["--can-set", "depth,volts"], &["--can-set volts", "none of depth", "voltage_v"]),
     ];
-    for (measured, more, said) in more {
-        refused(&diagnose(measured, "good.toml", more), at, said);
+    for (measured, more, expected) in more {
+        refused(&diagnose(measured, "good.toml", more), at, expected);
         assert_eq!(contents(&at.join("d")), earlier, "{measured} {more:?}");
     }
     let (code, stdout, stderr) = run(&diagnose("m.csv", "good.toml", &["--can-set", "voltage_v", "--check"]), at);
     assert_eq!(code, Some(0), "{stderr}");
-    let told = stdout.lines().find(|line| line.starts_with("voltage_v: ")).expect("a line of the voltage");
-    assert!(told.starts_with("voltage_v: calibration not recorded; measured ") && told.ends_with(" V"), "{told}");
+    let line = stdout.lines().find(|line| line.starts_with("voltage_v: ")).expect("a line of the voltage");
+    assert!(line.starts_with("voltage_v: calibration not recorded; measured ") && line.ends_with(" V"), "{line}");
     assert!(stdout.contains("mine: can be tested"), "{stdout}");
     assert_eq!(contents(&at.join("d")), earlier);
 }

@@ -1,4 +1,4 @@
-//! `pad` and `eval` on a pad: from runs to a file to a response, on every body; what cannot be is refused.
+//! `pad` and `eval` on a pad: from runs to a file to a response, on every body; invalid inputs are refused.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -10,7 +10,7 @@ fn fingerpad(folder: &Path, words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fingerpad")).current_dir(folder).args(words).output().unwrap()
 }
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -43,7 +43,7 @@ fn a_pad_answers_on_every_body_and_on_a_smaller_one_with_less() {
         &["--body", "sphere", "--radius-mm", "10"],
     ] {
         let output = eval(folder, STROKE, body);
-        assert!(output.status.success(), "{body:?}: {}", told(&output));
+        assert!(output.status.success(), "{body:?}: {}", printed(&output));
         normal.push(last(folder, "normal_force_n"));
         assert!(last(folder, "friction_x_n") > 0.0);
         assert!(last(folder, "band_normal_n") > 0.0);
@@ -59,12 +59,12 @@ fn forces_drive_depth_and_slides() {
     let folder = dir.path();
     let path = "t_s,normal_force_n,friction_x_n,friction_y_n\n0,0,0,0\n1,0.5,0,0\n2,0.5,0.2,-0.1\n3,0.8,0.2,0.1\n";
     let output = eval(folder, path, &[]);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", printed(&output));
     for (name, wanted) in [("normal_force_n", 0.8), ("friction_x_n", 0.2), ("friction_y_n", 0.1)] {
         assert!((last(folder, name) - wanted).abs() < 1e-3, "{name}: {}", last(folder, name));
     }
     let output = eval(folder, "t_s,normal_force_n,friction_x_n,friction_y_n\n0,0,0,0\n1,0.5,0,0\n2,0.5,5,0\n", &[]);
-    assert!(output.status.success() && told(&output).contains("load_not_reached"), "{}", told(&output));
+    assert!(output.status.success() && printed(&output).contains("load_not_reached"), "{}", printed(&output));
 }
 
 #[test]
@@ -72,8 +72,8 @@ fn what_a_pad_cannot_is_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let refused = |output: &Output, what: &str| {
-        assert_eq!(output.status.code(), Some(2), "{}", told(output));
-        assert!(told(output).contains(what), "{what}: {}", told(output));
+        assert_eq!(output.status.code(), Some(2), "{}", printed(output));
+        assert!(printed(output).contains(what), "{what}: {}", printed(output));
     };
     refused(&eval(folder, STROKE, &["--temperature-c", "30"]), "is a pad, which has no effects");
     refused(&eval(folder, STROKE, &["--body", "groove", "--radius-mm", "3"]), "a pad takes a plane");
@@ -82,7 +82,7 @@ fn what_a_pad_cannot_is_refused_by_name() {
             folder,
             &["eval", "--model", BED, "--path", "path.csv", "--body", "sphere", "--radius-mm", "9", "--out", "b.csv"],
         ),
-        "a bed of springs knows the plane only",
+        "a bed of springs supports the plane only",
     );
     refused(
         &fingerpad(folder, &["export", "--model", SHIPPED, "--format", "json", "--out", "m.json"]),
@@ -108,9 +108,9 @@ fn a_pad_is_made_from_the_runs_that_ship() {
     let folder = dir.path();
     let output =
         fingerpad(folder, &["pad", "--patches", "12", "--fit-runs", "4", "--patience", "1", "--out", "pad.fpm"]);
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", printed(&output));
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("combined") && text.contains("within the bands, other poses"), "{text}");
     let output = fingerpad(folder, &["pad", "--out", "pad.fpm"]);
-    assert_eq!(output.status.code(), Some(2), "a model is not replaced unasked: {}", told(&output));
+    assert_eq!(output.status.code(), Some(2), "a model is not replaced without a request: {}", printed(&output));
 }

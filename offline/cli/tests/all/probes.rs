@@ -1,5 +1,5 @@
-//! `simulate --probe` and `--reactions`: a row for every row of the response, numbers that belong together, and what cannot be read is
-//! refused.
+//! `simulate --probe` and `--reactions`: a row for every row of the response, consistent numbers, and refusal of
+//! invalid probe files.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -73,9 +73,9 @@ fn points_that_cannot_be_read_are_refused_with_their_line() {
     ] {
         std::fs::write(dir.path().join("points.csv"), points).unwrap();
         let output = simulate(dir.path(), &["--probe", "points.csv", "--probe-out", "strain.csv"]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{points}: {said}");
-        assert!(said.contains(named), "{points}: {said}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{points}: {printed}");
+        assert!(printed.contains(named), "{points}: {printed}");
     }
     let output = simulate(dir.path(), &["--probe", "papillae:deep", "--probe-out", "strain.csv"]);
     assert_eq!(output.status.code(), Some(2));
@@ -84,7 +84,7 @@ fn points_that_cannot_be_read_are_refused_with_their_line() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("--probe-out"));
 }
 
-/// A run that ends early keeps its rows under names of their own, and leaves what stands under the right ones alone.
+/// A run that ends early writes its rows under other names and leaves the files of the complete run unchanged.
 #[test]
 fn a_run_that_ends_early_does_not_replace_a_whole_series() {
     let dir = tempfile::tempdir().unwrap();

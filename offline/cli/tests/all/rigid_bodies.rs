@@ -1,4 +1,4 @@
-//! `simulate --body`: what is asked for is what is computed, and what cannot be is refused.
+//! `simulate --body`: the body of the flags is the body of the run, and invalid bodies are refused.
 
 use std::process::{Command, Output};
 
@@ -51,9 +51,9 @@ fn bodies_that_cannot_be_are_refused_by_name() {
         (&["--body", "sphere", "--radius-mm", "-5"][..], "the rigid body would reach"),
     ] {
         let output = simulate(dir.path(), body);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{body:?}: {said}");
-        assert!(said.contains(named), "{body:?}: {said}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{body:?}: {printed}");
+        assert!(printed.contains(named), "{body:?}: {printed}");
     }
     let fine = simulate(dir.path(), &["--body", "edge", "--radius-mm", "0.5"]);
     assert!(String::from_utf8_lossy(&fine.stderr).contains("warning: the radius of the body"));
@@ -64,5 +64,5 @@ fn bodies_that_cannot_be_are_refused_by_name() {
         .output()
         .unwrap();
     assert_eq!(build.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&build.stderr).contains("knows the plane only"));
+    assert!(String::from_utf8_lossy(&build.stderr).contains("supports the plane only"));
 }

@@ -1,4 +1,4 @@
-//! Files of measured runs that a person may hand over by mistake: what is read, what is refused, what is warned of.
+//! Files of measured runs with the mistakes of a user: accepted files, refused files, warnings.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -37,7 +37,7 @@ fn folder(calibration: &str, measured: &str) -> tempfile::TempDir {
     folder
 }
 
-/// The answer to the files: standard output without notes, and `report.json`.
+/// The result for the files: standard output without notes, and `report.json`.
 fn answer(at: &Path) -> (String, serde_json::Value) {
     let (code, stdout, stderr) = run(&ARGUMENTS, at);
     assert_eq!(code, Some(0), "{stdout}{stderr}");
@@ -45,29 +45,29 @@ fn answer(at: &Path) -> (String, serde_json::Value) {
     (stdout, serde_json::from_str(&report).unwrap())
 }
 
-/// Verdict and effects as they stand in a report.
+/// Verdict and effects of a report.
 fn verdict(report: &serde_json::Value) -> (serde_json::Value, serde_json::Value) {
     (report["verdict"].clone(), report["effects"].clone())
 }
 
 #[test]
-fn every_clear_dialect_gives_the_same_diagnosis_and_is_told() {
+fn every_clear_dialect_gives_the_same_diagnosis_and_is_reported() {
     let plain = folder(CALIBRATION, MEASURED);
     let wanted = verdict(&answer(plain.path()).1);
     assert_eq!(wanted.0, "named");
     let units = |text: &str| text.replacen('\n', "\n,[s],mm,mm,mm,N,N,N,s,s,s,a.u.,°C,mm\n", 1);
-    for (measured, told) in [
+    for (measured, note) in [
         (MEASURED.replace(',', ";").replace('.', ","), "m.csv: read as semicolon-separated with decimal commas."),
         (MEASURED.replace(',', "\t"), "m.csv: read as tab-separated."),
         (units(MEASURED), "m.csv: line 2: a row of units, which are those of the columns."),
     ] {
         let folder = folder(CALIBRATION, &measured);
         let (stdout, report) = answer(folder.path());
-        assert!(stdout.starts_with(&format!("note: {told}")), "{stdout}");
-        assert_eq!(verdict(&report), wanted, "{told}");
-        assert!(fs::read_to_string(folder.path().join("d/report.html")).unwrap().contains(told));
+        assert!(stdout.starts_with(&format!("note: {note}")), "{stdout}");
+        assert_eq!(verdict(&report), wanted, "{note}");
+        assert!(fs::read_to_string(folder.path().join("d/report.html")).unwrap().contains(note));
         let check = [&ARGUMENTS[..5], &["--check"]].concat();
-        assert!(run(&check, folder.path()).1.contains(told), "{told}");
+        assert!(run(&check, folder.path()).1.contains(note), "{note}");
     }
 }
 
@@ -75,8 +75,8 @@ fn every_clear_dialect_gives_the_same_diagnosis_and_is_told() {
 fn a_file_that_cannot_be_read_says_what_is_wrong_with_line_and_option() {
     let header = |from: &str, to: &str| MEASURED.replacen(from, to, 1);
     let below = |row: &str| MEASURED.replacen('\n', &format!("\n{row}\n"), 1);
-    for (measured, said) in [
-        (header("friction_y_n", "t_s"), &["m.csv:1", "`t_s` stands twice", "cells 2 and 8"][..]),
+    for (measured, expected) in [
+        (header("friction_y_n", "t_s"), &["m.csv:1", "`t_s` occurs twice", "cells 2 and 8"][..]),
         (header("run_id", "RUN_ID"), &["m.csv:1", "`RUN_ID`", "upper and lower case", "--map run=RUN_ID"]),
         (header("-0.2,", "\"-0,2\","), &["m.csv:2", "`depth_mm`", "`-0,2`", "decimal comma", "write -0.2"]),
         (header("-0.2,", "-0,2,"), &["m.csv:2", "15 cells", "14", "decimal comma is a separator"]),
@@ -91,7 +91,7 @@ fn a_file_that_cannot_be_read_says_what_is_wrong_with_line_and_option() {
         (changed(MEASURED, &["depth_mm"], |v| 1000.0 * v), &["up to 1518 mm", "--unit depth=um"]),
     ] {
         let folder = folder(CALIBRATION, &measured);
-        refused(&ARGUMENTS, folder.path(), said);
+        refused(&ARGUMENTS, folder.path(), expected);
         assert!(!folder.path().join("d/report.json").exists());
     }
     let folder = folder(CALIBRATION, "");
@@ -104,7 +104,7 @@ fn a_file_that_cannot_be_read_says_what_is_wrong_with_line_and_option() {
     }
 }
 
-/// A column that is left aside because of its name alone may be the one that matters.
+/// A column that is ignored because of its name alone may be an important one.
 #[test]
 fn a_column_whose_name_is_nearly_ours_is_warned_of() {
     let folder = folder(CALIBRATION, &MEASURED.replacen("hydration_au", "Hydration_AU", 1));
@@ -123,13 +123,13 @@ fn runs_of_the_fit_are_refused_as_held_out_ones_under_any_name() {
     part.extend(lines[1..61].iter().map(|l| l.replacen("measured", "another", 1)));
     write(at, "part.csv", &(part.join("\n") + "\n"));
     write(at, "renamed.csv", &MEASURED.replace("\nmeasured", "\nx"));
-    for (holdout, said) in [
+    for (holdout, expected) in [
         ("m.csv", &["m.csv: line 2", "these runs were part of the fit", "run_id measured0, measured1"][..]),
         ("c.csv", &["these runs were part of the fit", "calibration0", "and 8 more"]),
         ("renamed.csv", &["renamed.csv", "x0 (there measured0)"]),
         ("part.csv", &["part.csv", "run_id another0 (there measured0), another1 (there measured1)"]),
     ] {
-        refused(&[&ARGUMENTS[..], &["--holdout", holdout]].concat(), at, said);
+        refused(&[&ARGUMENTS[..], &["--holdout", holdout]].concat(), at, expected);
         assert!(!at.join("d/report.json").exists());
     }
     refused(
@@ -146,14 +146,15 @@ fn exchanged_files_are_refused() {
     assert!(!folder.path().join("d/report.json").exists());
 }
 
-/// Without the column of the effect nothing can be named in exchanged roles: the files give no answer, which is said.
+/// Without the column of the effect nothing can be named in exchanged roles; the report then states that the files are
+/// inconclusive.
 #[test]
 fn files_that_look_exchanged_are_warned_of() {
     let renamed = |text: &str| text.replacen("hydration_au", "nothing", 1);
     let folder = folder(&renamed(MEASURED), &renamed(CALIBRATION));
     let (stdout, report) = answer(folder.path());
     assert!(stdout.starts_with("warning: The calibration runs (c.csv) vary speed_mm_s"), "{stdout}");
-    assert!(!stdout.contains("Nothing is missing") && stdout.contains("give no answer"), "{stdout}");
+    assert!(!stdout.contains("Nothing is missing") && stdout.contains("are inconclusive"), "{stdout}");
     assert_eq!(report["cautions"][0]["kind"], "exchanged");
     let page = fs::read_to_string(folder.path().join("d/report.html")).unwrap();
     assert!(!page.contains("Nothing is missing") && page.contains("are --calibration and --measured exchanged?"));
@@ -193,7 +194,7 @@ fn values_of_another_unit_are_warned_of_with_the_option_that_converts_them() {
 
 #[test]
 fn columns_that_contradict_each_other_are_refused() {
-    for (column, of, said) in [
+    for (column, of, expected) in [
         (
             "t_s",
             (|v| 1000.0 * v) as fn(f64) -> f64,
@@ -203,7 +204,7 @@ fn columns_that_contradict_each_other_are_refused() {
         ("friction_y_n", |v| -v, &["friction along y points against the motion", "--map y=-friction_y_n"]),
     ] {
         let folder = folder(&changed(CALIBRATION, &[column], of), &changed(MEASURED, &[column], of));
-        refused(&ARGUMENTS, folder.path(), said);
+        refused(&ARGUMENTS, folder.path(), expected);
     }
 }
 
@@ -214,7 +215,7 @@ fn forces_alone_in_another_unit_or_on_other_axes_are_warned_of() {
     let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/human_texture_exploration").join(name);
     fs::copy(packed, folder.path().join("t.csv")).unwrap();
     let arguments = ["diagnose", "--force-only", "--measured", "t.csv", "--out", "d", "--map"];
-    for (more, said) in [
+    for (more, expected) in [
         (&["normal=-Fz,x=Fx,y=Fy,t=Timestamp"][..], None),
         (
             &["normal=-Fz,x=Fx,y=Fy,t=Timestamp", "--unit", "normal=mN,x=mN,y=mN"],
@@ -226,14 +227,14 @@ fn forces_alone_in_another_unit_or_on_other_axes_are_warned_of() {
         let (code, stdout, stderr) = run(&[&arguments[..], more].concat(), folder.path());
         assert_eq!(code, Some(0), "{stderr}");
         let warned = stdout.starts_with("warning: t.csv: ");
-        assert!(warned == said.is_some() && said.is_none_or(|part| stdout.contains(part)), "{stdout}");
+        assert!(warned == expected.is_some() && expected.is_none_or(|part| stdout.contains(part)), "{stdout}");
         let page = fs::read_to_string(folder.path().join("d/report.html")).unwrap();
         assert_eq!(page.contains("class=\"warning\">The"), warned);
     }
 }
 
 #[test]
-fn copies_of_runs_change_nothing_and_are_told() {
+fn copies_of_runs_change_nothing_and_are_reported() {
     let plain = folder(CALIBRATION, MEASURED);
     let wanted = verdict(&answer(plain.path()).1);
     let (header, rows) = MEASURED.split_once('\n').unwrap();

@@ -20,11 +20,11 @@ pub fn run(arguments: &[&str], folder: &Path) -> (Option<i32>, String, String) {
     (status.code(), text(stdout), text(stderr))
 }
 
-/// Runs and expects exit code 2 and every one of `said` on stderr.
-pub fn refused(arguments: &[&str], folder: &Path, said: &[&str]) {
+/// Runs and expects exit code 2 and every text of `expected` on stderr.
+pub fn refused(arguments: &[&str], folder: &Path, expected: &[&str]) {
     let (code, _, stderr) = run(arguments, folder);
     assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
-    for part in said {
+    for part in expected {
         assert!(stderr.contains(part), "{arguments:?}: no `{part}` in: {stderr}");
     }
 }

@@ -90,9 +90,9 @@ impl Body {
     /// Assembles a body of hexahedra that `hex` makes, [`Hex8::new`] or, to compare with CalculiX,
     /// [`Hex8::uniform_strain`]; `material` gives the law of a region, or None to leave its elements out (rigid).
     ///
-    /// `rigid_reference` is the point about which the rigid body turns and where `joint` acts, mm; both are
-    /// unused without rigid nodes. Elements all of whose nodes are fixed, or all rigid, are left out; one between a
-    /// fixed bone and a rigid one stays.
+    /// `rigid_reference` is the point about which the rigid body turns and where `joint` acts, mm; both are unused
+    /// without rigid nodes. Elements all of whose nodes are fixed, or all rigid, are left out; one between a fixed bone
+    /// and a rigid one is kept.
     ///
     /// # Errors
     /// [`BodyError::InvertedMesh`] names the first element whose Jacobian is not positive.
@@ -226,7 +226,7 @@ impl Body {
         next
     }
 
-    /// Moves rigid and tied nodes to where the pose and their masters say.
+    /// Moves rigid nodes with the pose and tied nodes with their masters.
     pub fn follow(&self, configuration: &mut Configuration) {
         for (node, arm) in &self.rigid_arms {
             configuration.x[*node as usize] = configuration.rigid_centre + configuration.rigid_rotation * arm;
@@ -240,8 +240,8 @@ impl Body {
         }
     }
 
-    /// Internal forces in dof order, N (N mm for rotations): what the body needs from outside to stay there.
-    /// Held dofs are zero.
+    /// Internal forces in dof order, N (N mm for rotations): the external forces that equilibrium requires. Held dofs
+    /// are zero.
     ///
     /// # Errors
     /// [`BodyError::Inverted`] if det F <= 0 at any quadrature point.
@@ -394,8 +394,8 @@ impl Body {
         all
     }
 
-    /// Forces on the nodes that are not free, N: what must act on each from outside; 0 on free and on tied nodes, whose forces are
-    /// borne by their masters.
+    /// External forces on the nodes that are not free, N, as equilibrium requires them; 0 on free and on tied nodes,
+    /// whose forces act on their masters.
     pub fn support_forces(&self, at: &Configuration) -> Vec<Vector3<f64>> {
         let mut forces = self.nodal_forces(at);
         for &(node, tie) in &self.tied {

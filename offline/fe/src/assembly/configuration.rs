@@ -1,4 +1,4 @@
-//! Where the body is: positions of its nodes, pose of its rigid part.
+//! Configuration of the body: positions of its nodes, pose of its rigid part.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -13,8 +13,8 @@ pub struct Configuration {
     pub rigid_rotation: Rotation3<f64>,
 }
 
-/// Rotation vector of a rotation, exact to rounding also where the rotation is small (an arc cosine of its trace
-/// is not, and can be NaN).
+/// Rotation vector of a rotation, exact to rounding also for small rotations (an arc cosine of its trace is not, and
+/// can be NaN).
 pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }

@@ -1,4 +1,4 @@
-//! Materials as elements ask for them.
+//! Constitutive laws in the form that elements evaluate.
 
 use nalgebra::Vector3;
 use wide::f64x8;
@@ -6,7 +6,7 @@ use wide::f64x8;
 use crate::element::{Batch, Constitutive, ElementStress, Forces, Tangent};
 use crate::material::{Hyperelastic, Material, SaintVenantKirchhoff};
 
-/// The law of a material, as a batch of elements uses it; the one place of the solver that tells laws apart.
+/// The law of a material for a batch of elements; the one place of the solver that distinguishes the laws.
 pub(super) fn law<const N: usize, const Q: usize>(material: &Material) -> &dyn BatchLaw<N, Q> {
     match material {
         Material::NeoHooke(law) => law,

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use super::{Pattern, pattern::elimination_order};
 use crate::mesh::Mesh;
 
-/// What holds the body.
+/// Supports of the body.
 #[derive(Clone, Debug, Default)]
 pub struct Supports {
     /// Nodes that do not move but by prescription.
@@ -28,7 +28,7 @@ pub(super) enum Role {
     Tied { tie: usize },
 }
 
-/// Where each node's displacement comes from.
+/// The degrees of freedom of each node.
 pub struct DofMap {
     pub(super) role: Vec<Role>,
     ties: Vec<Vec<(u32, f64)>>,
@@ -36,7 +36,7 @@ pub struct DofMap {
     pub(super) rigid_dof: Option<usize>,
     /// Number of dofs.
     pub count: usize,
-    /// Dofs from here on belong to [`Self::contact_nodes`], three each.
+    /// Dofs from this one on belong to [`Self::contact_nodes`], three each.
     pub first_contact_dof: usize,
     /// Free contact nodes in dof order.
     pub contact_nodes: Vec<u32>,
@@ -53,7 +53,7 @@ pub(super) struct Part {
     pub matrix: SMatrix<f64, 3, 6>,
 }
 
-/// What moves each node; the dofs of free ones are not numbered yet.
+/// Role of each node; the dofs of free nodes are not numbered yet.
 fn roles(mesh: &Mesh, supports: &Supports, elements: &[Vec<u32>]) -> Vec<Role> {
     const NOT_NUMBERED: usize = 0;
     let n = mesh.nodes.len();
@@ -256,8 +256,8 @@ impl DofMap {
         }
     }
 
-    /// The contact nodes that move a node: dofs (0 based among the contact's) and weights, itself with weight 1 if it is
-    /// one; none for a node that is held. None if anything else moves it.
+    /// The contact nodes that move a node: dofs (0 based among the contact's) and weights, itself with weight 1 if it
+    /// is one; none for a node that is held. None if other dofs move it.
     pub fn contact_parts(&self, node: u32) -> Option<Vec<(usize, f64)>> {
         let of_free = |dof: usize, weight: f64| Some((dof.checked_sub(self.first_contact_dof)?, weight));
         match self.role[node as usize] {

@@ -1,4 +1,4 @@
-//! What `ccx` prints: totals and node values of the `.dat` file, iterations of the `.sta` file.
+//! Reader of CalculiX's output: totals and node values of the `.dat` file, iterations of the `.sta` file.
 
 use nalgebra::Vector3;
 
@@ -48,7 +48,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Vec<Block>, Error> {
     Ok(blocks)
 }
 
-/// A number of a Fortran `E13.6` field, in which `1.0-100` stands for 1e-100.
+/// A number of a Fortran `E13.6` field, in which `1.0-100` means 1e-100.
 fn fortran(word: &str) -> Option<f64> {
     if let Ok(value) = word.parse::<f64>() {
         return value.is_finite().then_some(value);

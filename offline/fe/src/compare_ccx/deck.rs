@@ -26,10 +26,11 @@ pub(super) const PAD_NODES: &str = "PEER_PAD";
 /// The lines of a law after `*MATERIAL`; its constants mean the same in CalculiX, checked by
 /// `one_element_has_our_laws`.
 ///
-/// CalculiX has a volumetric constant for each power or term, and makes a solid of Poisson's ratio 0.475 of those
-/// left out: all but the first get a compressibility that takes their part away.
+/// CalculiX has a volumetric constant for each power or term, and assumes Poisson's ratio 0.475 for a constant that is
+/// left out: all but the first get a compressibility that makes their volumetric part vanish.
 ///
-/// Errors: an Ogden law of more terms than CalculiX has.
+/// # Errors
+/// An Ogden law of more terms than CalculiX has.
 pub(super) fn law_lines(law: &Material) -> Result<String, String> {
     const NO_PART: f64 = 1e20;
     let (name, numbers) = match law {
@@ -86,8 +87,8 @@ pub struct Contact {
 pub struct Step {
     /// Slide along x and y, and depth, at the end of the step, mm.
     pub end_mm: Vector3<f64>,
-    /// Travels from the step's start at which forces and displacements are wanted, mm, increasing; the last one is
-    /// the length of the step.
+    /// Travels from the step's start at which forces and displacements are written, mm, increasing; the last one is the
+    /// length of the step.
     pub output_at_mm: Vec<f64>,
     /// First increment, mm.
     pub first_increment_mm: f64,
@@ -98,9 +99,9 @@ pub struct Step {
 impl Step {
     /// Press from first touch, with outputs at these depths (mm, increasing).
     ///
-    /// One step for all depths: CalculiX forgets its extrapolation at the start of a step, which costs iterations
-    /// (864 hexahedra to 1.5 mm: 59 with a step per depth, 31 with one). Increments as long as the outputs allow are
-    /// its fastest (2048 hexahedra: 26 iterations from 0.75 mm, 30 from 0.5 mm, 35 from 0.25 mm, 88 from 0.125 mm).
+    /// One step for all depths: CalculiX discards its extrapolation at the start of a step, which costs iterations (864
+    /// hexahedra to 1.5 mm: 59 with a step per depth, 31 with one). Increments as long as the outputs allow are its
+    /// fastest (2048 hexahedra: 26 iterations from 0.75 mm, 30 from 0.5 mm, 35 from 0.25 mm, 88 from 0.125 mm).
     pub fn press(depths_mm: &[f64]) -> Self {
         let end = depths_mm.last().copied().unwrap_or(0.0);
         Self {
@@ -136,8 +137,9 @@ impl Step {
 pub struct Settings {
     /// Element type of hexahedra; C3D8 locks at the tissue's Poisson ratio.
     pub hex_type: String,
-    /// Iterations after which an increment in contact is given up and cut. CalculiX's own default is 60; attempts
-    /// that went past 20 nearly all failed (one converged, in 21), and 20 saved a fifth of the iterations of a slide.
+    /// Iterations after which an increment in contact is abandoned and cut. CalculiX's own default is 60. Nearly all
+    /// attempts beyond 20 iterations failed (one converged, in 21), and a limit of 20 saved a fifth of the iterations
+    /// of a slide.
     pub contact_iterations: u32,
     /// Smallest increment, mm.
     pub min_increment_mm: f64,
@@ -172,11 +174,12 @@ pub struct Deck<'a> {
 impl Deck<'_> {
     /// The deck as text.
     ///
-    /// The plane is one C3D8 block below z = 0 with all nodes driven, large enough for the slides; a sphere is a cap of such blocks with
-    /// its highest point at the origin.
+    /// The plane is one C3D8 block below z = 0 with all nodes driven, large enough for the slides; a sphere is a cap of
+    /// such blocks with its highest point at the origin.
     ///
-    /// Errors: [`Error::Deck`] for a region without a law, an empty set, a fixed region with ties, a step without
-    /// length or with outputs out of order, a mesh that cannot be written.
+    /// # Errors
+    /// [`Error::Deck`] for a region without a law, an empty set, a fixed region with ties, a step without length or
+    /// with outputs out of order, a mesh that cannot be written.
     pub fn to_text(&self) -> Result<String, Error> {
         let used = self.check()?;
         let held = self.held_nodes(&used);
@@ -224,7 +227,7 @@ impl Deck<'_> {
         nodes
     }
 
-    /// How many outputs a complete run has.
+    /// Number of outputs of a complete run.
     pub(super) fn outputs(&self) -> usize {
         self.steps.iter().map(|step| step.output_at_mm.len()).sum()
     }
@@ -297,7 +300,7 @@ impl Deck<'_> {
         let reach = |axis: usize| {
             let slides = self.steps.iter().map(|step| step.end_mm[axis].abs()).fold(0.0, f64::max);
             let widest = pad.iter().map(|n| self.mesh.nodes[*n as usize][axis].abs()).fold(0.0, f64::max);
-            // The pad bulges while it is pressed and is dragged along: leave it half its width.
+            // The pad bulges while it is pressed and is dragged along: the margin is half its width.
             1.5 * widest + slides + 5.0
         };
         let ends = |half: f64, cells: usize| -> Vec<f64> {
@@ -370,10 +373,10 @@ impl Deck<'_> {
 }
 
 impl<'a> Deck<'a> {
-    /// A finger on a plane: laws as `material` gives them for each region but the bones, which are fixed, and the mesh's
-    /// own fixed sets.
+    /// A finger on a plane: the law of `material` for each region but the bones, which are fixed, and the mesh's own
+    /// fixed sets.
     ///
-    /// Sets that the mesh does not have are not asked for.
+    /// Sets that the mesh does not have are left out.
     pub fn finger(
         mesh: &'a Mesh,
         material: impl Fn(Region) -> Option<Material>,

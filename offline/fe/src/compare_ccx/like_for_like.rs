@@ -1,6 +1,6 @@
 //! The problem of a deck in this program: bones fixed, penalty contact without augmentation, hexahedra to choose.
 //!
-//! Main functions: [`finger`], [`problem`]. With [`Element::C3d8r`] everything that differs from CalculiX but for the solver is gone.
+//! Main functions: [`finger`], [`problem`]. With [`Element::C3d8r`] only the solver differs from CalculiX.
 
 use nalgebra::Vector3;
 
@@ -29,7 +29,7 @@ pub fn tissue(tissue: &Tissue) -> Tissue {
 /// Mesh and body of a fingertip with fixed bones.
 ///
 /// # Errors
-/// [`BodyError`] where no body can be made of the mesh.
+/// [`BodyError`] if no body can be made of the mesh.
 pub fn finger(tip: Fingertip, tissue: &Tissue, element: Element) -> Result<Finger, BodyError> {
     let tissue = self::tissue(tissue);
     let finger = Finger::new(tip, &tissue)?;

@@ -1,9 +1,10 @@
 //! CalculiX as a second opinion: the same mesh, materials and contact as a deck, run by `ccx`, read back.
 //!
 //! Main types: [`Deck`], [`Step`], [`Runner`], [`Run`]; [`like_for_like`] has the same problem for this program.
-//! What it is like and unlike ours: hexahedra are C3D8R (full integration locks), contact is penalty at face points
-//! without augmentation, friction is Coulomb with a constant stick slope. Reads CalculiX's files; solves nothing.
-//! May use: mesh, material, load_path (for the problem), `fingerpad-formats` (for the mesh part of a deck and atomic writing). Unix only.
+//! Differences from this program: hexahedra are C3D8R (full integration locks), contact is penalty at face points
+//! without augmentation, friction is Coulomb with a constant stick slope. Reads CalculiX's files; solves nothing. May
+//! use: mesh, material, load_path (for the problem), `fingerpad-formats` (for the mesh part of a deck and atomic
+//! writing). Unix only.
 
 mod dat;
 mod deck;
@@ -22,35 +23,35 @@ pub enum Error {
         /// The name looked for on PATH.
         program: String,
     },
-    /// The problem cannot be said in a deck.
+    /// The problem cannot be written as a deck.
     #[error("deck: {0}")]
     Deck(String),
     /// The operating system refused.
     #[error("{what}: {source}")]
     System {
-        /// What was attempted.
+        /// The attempted operation.
         what: String,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// It ran, and stopped before the end; what it had printed by then is kept.
+    /// It ran, and stopped before the end; the output up to then is kept.
     #[error("CalculiX stopped after {} of {expected} outputs, {} iterations and {:.1} CPU s: {reason}", partial.points.len(), partial.iterations, partial.cpu_s)]
     Stopped {
         /// Its own words, or the time limit.
         reason: String,
-        /// Outputs that the deck asks for.
+        /// Outputs that the deck requests.
         expected: usize,
         /// Everything up to there.
         partial: Box<Run>,
     },
-    /// Its output is not what we take it to be.
+    /// Unexpected output of CalculiX.
     #[error("{file}:{line}: {problem}")]
     Output {
         /// File in the run's folder.
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
+        /// Description of the defect.
         problem: String,
     },
 }

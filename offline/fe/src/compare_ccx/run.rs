@@ -1,4 +1,4 @@
-//! Runs `ccx` on a deck in a folder of its own and measures what it takes.
+//! Runs `ccx` on a deck in a folder of its own and measures its time.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ impl Default for Runner {
     }
 }
 
-/// State at one asked-for travel.
+/// State at one requested travel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// Index of the step.
@@ -53,7 +53,7 @@ impl Point {
     }
 }
 
-/// What CalculiX found, and what it took.
+/// CalculiX's results and their cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
     /// Outputs in the order of the steps; values have seven digits.
@@ -70,7 +70,7 @@ pub struct Run {
     pub wall_s: f64,
 }
 
-/// What the process left behind.
+/// Output of the process.
 pub(super) struct Raw {
     pub dat: String,
     pub sta: String,
@@ -84,8 +84,9 @@ pub(super) struct Raw {
 impl Runner {
     /// Runs the deck to its end.
     ///
-    /// Errors: [`Error::NotInstalled`]; [`Error::Stopped`], with everything up to there, when CalculiX gave up or the
-    /// time was over; [`Error::Deck`], [`Error::System`], [`Error::Output`].
+    /// # Errors
+    /// [`Error::NotInstalled`]; [`Error::Stopped`], with all output up to there, when CalculiX failed or reached the
+    /// time limit; [`Error::Deck`], [`Error::System`], [`Error::Output`].
     pub fn run(&self, deck: &Deck) -> Result<Run, Error> {
         let raw = self.run_text(&deck.to_text()?)?;
         let counted = dat::parse_sta(&raw.sta);
@@ -103,12 +104,12 @@ impl Runner {
         }
         let reason = match raw.timed_out {
             true => format!("time limit of {} s", self.timeout.as_secs_f64()),
-            false => complaint(&raw.log),
+            false => reason_to_stop(&raw.log),
         };
         Err(Error::Stopped { reason, expected, partial: Box::new(run) })
     }
 
-    /// Version of the program, as it says itself.
+    /// Version of the program, as it prints it.
     pub fn version(&self) -> Result<String, Error> {
         let output = Command::new(&self.program).arg("-v").output().map_err(|e| self.cannot_start(e))?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -171,7 +172,7 @@ fn system(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Error {
     move |source| Error::System { what, source }
 }
 
-/// What is not there (CalculiX stopped before it wrote any) is empty.
+/// A file that is missing (CalculiX stopped before it wrote any) is empty.
 fn read(file: &Path) -> String {
     fs::read(file).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
 }
@@ -216,7 +217,7 @@ fn wait(mut child: Child, deadline: Instant) -> std::io::Result<Ended> {
 }
 
 /// CalculiX's own error lines, or the end of its log.
-fn complaint(log: &str) -> String {
+fn reason_to_stop(log: &str) -> String {
     let lines: Vec<&str> = log.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     match lines.iter().position(|line| line.contains("*ERROR")) {
         Some(at) => lines[at..].iter().take(3).copied().collect::<Vec<_>>().join(" "),

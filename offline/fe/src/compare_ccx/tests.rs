@@ -208,7 +208,7 @@ fn a_time_limit_keeps_what_was_printed() {
 }
 
 #[test]
-fn the_peer_s_own_complaint_is_passed_on() {
+fn an_error_of_calculix_is_passed_on() {
     let mesh = curved_block(2, 1);
     let settings = Settings { hex_type: "C3D8X".into(), ..Settings::default() };
     let deck = Deck { settings, ..block_deck(&mesh, None, vec![Step::press(&[0.5])]) };

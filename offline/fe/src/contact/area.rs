@@ -1,4 +1,4 @@
-//! Parts of the contact area that surface nodes stand for, and how they change with the nodes' places.
+//! Parts of the contact area that belong to surface nodes, and their changes with the nodes' places.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,8 +6,8 @@ use super::contour::Facet;
 use super::rigid::tangents;
 use super::{ContactState, Plane, Spot, Surface};
 
-/// Share of the largest nominal pressure at a face's corners from which on a corner takes its whole part of the face's
-/// contact area; below, its part goes over to the others, so that no part jumps when a node opens.
+/// Share of the largest nominal pressure at a face's corners above which a corner has its whole part of the face's
+/// contact area. Below it, the part moves continuously to the other corners, so that no part jumps when a node opens.
 const WHOLLY_BEARING: f64 = 0.25;
 
 /// Shares of the size of a face and of its largest level over which differences of its parts are taken.
@@ -70,7 +70,7 @@ impl Corners {
         Self { place, level, axes }
     }
 
-    /// What the contour encloses of the face, shared among the corners that touch.
+    /// The part of the face inside the contour, shared among the corners that touch.
     fn parts(&self, facet: &Facet) -> [f64; 4] {
         let shares = facet.shares(&self.place, &self.level);
         let highest = self.level.iter().copied().fold(0.0, f64::max);
@@ -79,8 +79,8 @@ impl Corners {
             for ((part, share), level) in parts.iter_mut().zip(shares).zip(&self.level) {
                 *part = share * (level / (WHOLLY_BEARING * highest)).clamp(0.0, 1.0);
             }
-            let (enclosed, borne): (f64, f64) = (shares.iter().sum(), parts.iter().sum());
-            parts.iter_mut().for_each(|part| *part *= if borne > 0.0 { enclosed / borne } else { 0.0 });
+            let (enclosed, assigned): (f64, f64) = (shares.iter().sum(), parts.iter().sum());
+            parts.iter_mut().for_each(|part| *part *= if assigned > 0.0 { enclosed / assigned } else { 0.0 });
         }
         parts
     }
@@ -120,8 +120,8 @@ impl Surface {
 
     /// Derivatives of [`Self::areas_at`] over the places, by differences.
     ///
-    /// On a curved body the tangent plane on which a face is laid flat stays for this, so that they are not exact there; the
-    /// error is of the order of the size of a face over the radius.
+    /// On a curved body the tangent plane on which a face is flattened is kept constant, so that the derivatives are
+    /// not exact there; the error is of the order of the size of a face over the radius.
     pub(super) fn area_changes(&self, last: &ContactState, spots: &[Spot]) -> Vec<PartChange> {
         let level = self.level_at(last, spots);
         let mut changes = Vec::new();

@@ -81,7 +81,7 @@ fn positive_part(level: [f64; 3]) -> [f64; 3] {
 /// The same of the part that the contour cuts off at one corner, whose sign is not that of the others.
 fn corner_part(level: [f64; 3], corner: usize) -> [f64; 3] {
     let (left, right) = ((corner + 1) % 3, (corner + 2) % 3);
-    // Where the contour crosses the two edges, as shares of the way from the corner.
+    // Points where the contour crosses the two edges, as shares of the edge from the corner.
     let cut = |other: usize| level[corner] / (level[corner] - level[other]);
     let (to_left, to_right) = (cut(left), cut(right));
     let area = to_left * to_right;

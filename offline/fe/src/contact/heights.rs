@@ -24,7 +24,7 @@ impl HeightField {
     /// The field of these heights.
     ///
     /// # Errors
-    /// [`BodyShapeError`] for too few nodes, another number of heights than of nodes, or a number that is none.
+    /// [`BodyShapeError`] for too few nodes, another number of heights than of nodes, or a value that is not finite.
     pub fn new(
         nodes: [usize; 2],
         spacing_mm: [f64; 2],

@@ -1,9 +1,9 @@
 //! Friction laws of a contact point: strength over pressure, traction over elastic slip.
 
-/// Local friction law with elastic slip: what a contact point needs to know of friction.
+/// Local friction law with elastic slip: the interface between a contact point and its friction.
 ///
-/// To add a law: implement this trait and add a variant to [`super::Friction`], which is the one place that tells
-/// laws apart.
+/// To add a law: implement this trait and add a variant to [`super::Friction`], the one place that distinguishes the
+/// laws.
 pub trait FrictionLaw {
     /// Strength `tau_crit` (MPa, >= 0) at pressure `pressure_mpa` (compression positive) and its slope
     /// d tau_crit / d pressure. Zero without pressure.
@@ -17,7 +17,7 @@ pub trait FrictionLaw {
     fn return_map(&self, trial_mm: [f64; 2], pressure_mpa: f64, force_stick: bool) -> Sliding;
 }
 
-/// Answer of a friction law to a trial slip.
+/// Result of a friction law for a trial slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sliding {
     /// Traction that the plane exerts on the skin, MPa, along the elastic slip.
@@ -26,7 +26,7 @@ pub struct Sliding {
     pub elastic_slip: [f64; 2],
     /// Whether the point was left to stick: its trial slip is within the limit, or it was forced to.
     pub stuck: bool,
-    /// Whether the point is at rest: its elastic slip stays below the limit. A point held at its limit is not.
+    /// Whether the point is at rest: its elastic slip stays below the limit. A point at its limit is not.
     pub at_rest: bool,
     /// Derivative of the traction over the trial slip, MPa/mm, `by_slip[i][k] = d traction_i / d trial_k`.
     pub by_slip: [[f64; 2]; 2],
@@ -37,7 +37,7 @@ pub struct Sliding {
 }
 
 impl Sliding {
-    /// A point that bears no tangential traction and counts as stuck.
+    /// A point without tangential traction, counted as stuck.
     pub const FRICTIONLESS: Self = Self {
         traction: [0.0; 2],
         elastic_slip: [0.0; 2],
@@ -48,15 +48,17 @@ impl Sliding {
         by_turn: [0.0; 2],
     };
 
-    /// The answer to a slip whose direction turned evenly over the increment, by `turn_rad` in all (counter-clockwise).
+    /// The result for a slip whose direction turned evenly over the increment, by `turn_rad` in all
+    /// (counter-clockwise).
     ///
-    /// The return map takes the slip along its chord, which is its direction half way. Of the elastic slip the part that
-    /// is new since then, `1 - |elastic slip|/|trial|`, is brought to the direction at the end by half of the turn; one
-    /// that sticks turns with the plane and is left. In steady slip on a plane that spins the friction then lags by
-    /// the angle `gamma_crit/r` alone that the law gives at `r` from the pole, at any length of the increment.
+    /// The return map takes the slip along its chord, which is its direction half way. Of the elastic slip, the part
+    /// that is new since then, `1 - |elastic slip|/|trial|`, is rotated to the direction at the end by half of the
+    /// turn. The elastic slip of a sticking point turns with the plane and is not changed. In steady slip on a plane
+    /// that spins, the friction then lags by the angle `gamma_crit/r` alone that the law gives at `r` from the pole, at
+    /// any length of the increment.
     ///
-    /// * `trial_mm`: what the return map was asked.
-    /// * `self`: its answer, its elastic slip along the trial slip, at a bound that does not depend on it.
+    /// * `trial_mm`: the trial slip that was given to the return map
+    /// * `self`: its result, with the elastic slip along the trial slip, at a bound that does not depend on it
     pub fn turned(mut self, trial_mm: [f64; 2], turn_rad: f64) -> Self {
         let length = trial_mm[0].hypot(trial_mm[1]);
         if self.stuck || !(length > 0.0) {
@@ -123,7 +125,7 @@ pub struct LawError {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// What it must be.
+    /// The required condition.
     pub bound: &'static str,
 }
 
@@ -143,7 +145,8 @@ impl RubberFriction {
         Self { lambda: mu, beta: 1.0, gamma_crit_mm, ..Self::default() }
     }
 
-    /// Refuses constants that are no friction of skin: with them equilibrium is sought long and found hardly ever.
+    /// Refuses constants that are implausible for skin: with them the search for equilibrium is long and rarely
+    /// converges.
     ///
     /// # Errors
     /// [`LawError`] with the value and its bound.
@@ -153,7 +156,7 @@ impl RubberFriction {
             return refuse(
                 "beta",
                 self.beta,
-                "at least -1; contact theory of rubber knows 0 to 1 [Yoshida et al. 2011]",
+                "at least -1; contact theory of rubber gives 0 to 1 [Yoshida et al. 2011]",
             );
         }
         if !(self.beta < MOST_BETA) {

@@ -1,6 +1,6 @@
-//! Where the rigid body is: six coordinates of its motion, and the rigid frame that they give.
+//! Pose of the rigid body: six coordinates of its motion, and the rigid frame that they give.
 //!
-//! The plane stands for every body here: what is said of it holds for the tangent plane at the apex of a curved one.
+//! The name `plane` covers every body here: for a curved one it means the tangent plane at the apex.
 
 use nalgebra::{Matrix3, Rotation2, Rotation3, Vector2, Vector3};
 
@@ -23,16 +23,16 @@ pub const PITCH: usize = 4;
 /// Turn of the finger about the neutral x axis.
 pub const ROLL: usize = 5;
 
-/// Place of the plane relative to the finger's base, with the way that it has moved along itself.
+/// Position of the plane relative to the finger's base, with its displacement along itself.
 ///
 /// Pitch and roll are those of the finger against the plane, counted from the neutral pose in which the mesh was made:
 /// the finger is turned first about the neutral x axis (roll), then about the neutral y axis (pitch, tip down), both by
-/// the right-hand rule. The finger's base is what stays fixed, so that the plane gets the inverse of this rotation.
+/// the right-hand rule. The finger's base is fixed, so that the plane gets the inverse of this rotation.
 ///
-/// Slide and spin are what the plane does at its foot, the point of the plane under first touch in the neutral pose:
-/// it moves there by (x, y) along its axes, which pitch and roll turn and spin does not, and turns about its normal there.
-/// A plane is the same everywhere, so that only these rates matter, and the order in which slide and spin are done does
-/// not change what they mean.
+/// Slide and spin are motions of the plane at its foot, the point of the plane under first touch in the neutral pose:
+/// it moves there by (x, y) along its axes, which pitch and roll turn and spin does not, and turns about its normal
+/// there. A plane is the same everywhere, so that only these rates matter, and the order of slide and spin has no
+/// influence.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Plane {
     /// Coordinates of the motion, counted from the neutral pose at first touch.
@@ -64,7 +64,7 @@ impl Plane {
     pub fn moved_to(&self, at: Coordinates) -> Self {
         let slide = Vector2::new(at[X] - self.at[X], at[Y] - self.at[Y]);
         let spin = at[SPIN] - self.at[SPIN];
-        // Mean of the rotation over the motion: the slide made on the way is turned by the spin that is still to come.
+        // Mean of the rotation over the motion: each part of the slide is turned by the spin that follows it.
         let (along, across) = if spin.abs() < 1e-4 {
             (1.0 - spin * spin / 6.0, 0.5 * spin * (1.0 - spin * spin / 12.0))
         } else {
@@ -88,8 +88,8 @@ impl Plane {
         Frame { rotation, origin, tilt, foot }
     }
 
-    /// Velocity of the plane per rate of a coordinate: what turns about the foot and what moves there, in the finger's
-    /// frame.
+    /// Velocity of the plane per rate of a coordinate: rotation about the foot and translation of the foot, in the
+    /// finger's frame.
     pub fn twist(&self, coordinate: usize, reach: &Reach) -> Twist {
         let tilt = self.tilt();
         let axis = |k: usize| tilt * Vector3::ith(k, 1.0);
@@ -124,8 +124,8 @@ fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Vector3::x_axis(), -roll) * Rotation3::from_axis_angle(&Vector3::y_axis(), -pitch)
 }
 
-/// A rigid motion at an instant: turn (rad) about the plane's foot and motion (mm) of the plane there, per unit of what
-/// drives it.
+/// A rigid motion at an instant: turn (rad) about the plane's foot and motion (mm) of the plane there, per unit of the
+/// driving coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twist {
     /// Turn, finger's frame.
@@ -154,7 +154,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A point of space as the plane's material sees it; z is its height over the plane.
+    /// A point of space in coordinates of the plane's material; z is its height over the plane.
     pub fn to_plane(&self, x: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.inverse_transform_vector(&(x - self.origin))
     }

@@ -12,7 +12,7 @@ use super::{Plane, RigidBody};
 pub enum Outline {
     /// Points of the surface, mm.
     Points {
-        /// What may touch in the poses of a path.
+        /// Points that may touch in the poses of a path.
         points: Vec<Vector3<f64>>,
         /// Height at which the plane of the neutral pose meets the body's lowest point, which need not be one of `points`.
         neutral_mm: f64,
@@ -24,8 +24,9 @@ pub enum Outline {
 impl Outline {
     /// Of the points of a mesh.
     ///
-    /// * `points`: what may touch in the poses of a path
-    /// * `body`: every point of the undeformed body, whose lowest one in the neutral pose the plane touches first, at height 0
+    /// * `points`: points that may touch in the poses of a path
+    /// * `body`: every point of the undeformed body, whose lowest one in the neutral pose the plane touches first, at
+    ///   height 0
     pub fn of_points(points: Vec<Vector3<f64>>, body: &[Vector3<f64>]) -> Self {
         let neutral_mm = body.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         Self::Points { points, neutral_mm }
@@ -81,7 +82,7 @@ impl Reach {
         let tilt = start.tilt();
         let pivot_mm = match body {
             RigidBody::Plane => Vector3::zeros(),
-            // The neutral pose has its first touch at the origin by definition, whatever the nodes say.
+            // The neutral pose has its first touch at the origin by definition, for any nodes.
             _ if tilt.angle() == 0.0 => Vector3::zeros(),
             _ => outline.lowest(&(tilt * Vector3::z())).unwrap_or_default(),
         };
@@ -131,7 +132,7 @@ impl Reach {
         let Outline::Smooth(lowest) = &self.outline else {
             let Outline::Points { points, neutral_mm } = &self.outline else { return 0.0 };
             let least = points.iter().map(over).fold(f64::INFINITY, f64::min);
-            // The mesh's facets leave a gap at first touch in the neutral pose, from where depth counts.
+            // The mesh's facets leave a gap at first touch in the neutral pose, at which depth is zero.
             return if least.is_finite() { least - neutral_mm } else { 0.0 };
         };
         // Where two bodies touch their normals are opposite: those of a body that is the same along an axis lie across it.
@@ -170,7 +171,7 @@ impl Reach {
     }
 }
 
-/// Of a plane whose poses touch nothing: enough where nothing is pitched or rolled.
+/// Of a plane whose poses touch nothing: sufficient for paths without pitch and roll.
 impl Default for Reach {
     fn default() -> Self {
         Self::of_plane(Outline::of_points(Vec::new(), &[]))

@@ -7,7 +7,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::heights::HeightField;
 
-/// Angle between the two faces of an edge or of a groove where none is given, degrees.
+/// Default angle between the two faces of an edge or of a groove, degrees.
 pub const RIGHT_ANGLE_DEG: f64 = 90.0;
 
 /// Shape of the rigid body.
@@ -50,7 +50,7 @@ pub enum RigidBody {
     Heights(HeightField),
 }
 
-/// What a body is at a place near its surface; body's frame.
+/// Local geometry of a body near its surface; body's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
     /// Distance from the surface, mm; negative inside the body.
@@ -64,7 +64,7 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// Two unit vectors along the surface; the axes x and y where the normal is the axis z.
+    /// Two unit vectors along the surface; the axes x and y if the normal is the axis z.
     pub fn tangents(&self) -> [Vector3<f64>; 2] {
         tangents(&self.normal)
     }
@@ -96,7 +96,7 @@ pub enum BodyShapeError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The required condition.
         rule: &'static str,
     },
     /// Heights that are no field.
@@ -199,7 +199,7 @@ impl RigidBody {
         }
     }
 
-    /// How far the body reaches over the line through (x, y) along z, mm; None where the line does not meet it.
+    /// Height of the body over the line through (x, y) along z, mm; None if the line does not meet it.
     pub fn height_mm(&self, x: f64, y: f64) -> Option<f64> {
         match *self {
             Self::Plane => Some(0.0),
@@ -244,8 +244,8 @@ fn faces(radius_mm: f64, side: f64, most_rad: f64, u: f64) -> f64 {
     }
 }
 
-/// A section across an axis: an arc about (0, -side radius) that goes over into straight lines where its normal has turned by
-/// `most_rad`.
+/// A section across an axis: an arc about (0, -side radius) that continues as straight lines where its normal has
+/// turned by `most_rad`.
 struct Section {
     radius_mm: f64,
     /// 1 if the material is inside the arc, -1 if it is around it.

@@ -1,10 +1,10 @@
-//! What a contact is set by, what it remembers, what it sums up to.
+//! Settings, history and totals of a contact.
 
 use nalgebra::Vector3;
 
 use super::{FrictionLaw, Plane, RubberFriction, Sliding};
 
-/// How the non-penetration condition is kept, and where the edge of the contact is seen.
+/// Enforcement of the non-penetration condition, and position of the edge of the contact.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PenaltySettings {
@@ -16,9 +16,9 @@ pub struct PenaltySettings {
     /// Largest penetration at convergence, mm (with `augment`).
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub penetration_tolerance_mm: f64,
-    /// Gap of an open node as a negative pressure, per plane-strain modulus and gap over face size: where between the
-    /// last node that touches and the first that does not the edge of the contact is drawn. Fracture mechanics gives
-    /// 1.5 for any body that is even over the size of a face (see `Surface`).
+    /// Gap of an open node as a negative pressure, per plane-strain modulus and gap over face size: it positions the
+    /// edge of the contact between the last node that touches and the first that does not. Fracture mechanics gives 1.5
+    /// for any body that is even over the size of a face (see `Surface`).
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub edge_constant: f64,
 }
@@ -54,13 +54,12 @@ impl FrictionLaw for Friction {
     }
 }
 
-/// What a contact node remembers from increment to increment. Vectors are along the surface of the rigid body, in its material
-/// frame.
+/// History of a contact node. Vectors are along the surface of the rigid body, in its material frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NodeState {
     /// Elastic slip (body minus skin), mm.
     pub elastic_slip: Vector3<f64>,
-    /// Slip since it came into contact, mm.
+    /// Slip since first contact, mm.
     pub slip: Vector3<f64>,
     /// Length of the plastic slip since it last stuck, mm.
     pub slip_since_stick_mm: f64,
@@ -72,7 +71,7 @@ pub struct NodeState {
     pub normal_force_n: f64,
     /// Tangential force on the finger, N.
     pub tangential_force_n: Vector3<f64>,
-    /// Part of the contact area that it stands for, mm².
+    /// Part of the contact area that belongs to it, mm².
     pub area: f64,
     /// In contact and below its strength.
     pub stuck: bool,
@@ -115,7 +114,8 @@ pub struct Totals {
     pub min_dissipation_mj: f64,
     /// Elastic slip energy that is stored, mJ.
     pub elastic_energy: f64,
-    /// Energy that the changes of pressure and of area put into the elastic slip in the increment, mJ: no motion pays for it.
+    /// Energy that the changes of pressure and of area put into the elastic slip in the increment, mJ: it is not work
+    /// of a motion.
     pub elastic_energy_by_pressure: f64,
     /// Largest penetration, mm.
     pub penetration: f64,

@@ -1,21 +1,23 @@
 //! Contact forces of all surface nodes and their tangent.
 //!
-//! Contact acts at the nodes. A node carries the normal force `N = eps D max(-g, 0)`, `D` its part of the reference surface,
-//! g its gap to the rigid body, along the body's normal at the closest point, and friction through one elastic slip of its own, so that as many tangential conditions
-//! act as there are displacements to meet them: what sticks, sticks exactly.
+//! Contact acts at the nodes. A node carries the normal force `N = eps D max(-g, 0)`, `D` its part of the reference
+//! surface, g its gap to the rigid body, along the body's normal at the closest point. It carries friction through one
+//! elastic slip of its own. There are as many tangential conditions as displacements, so that sticking nodes stick
+//! exactly.
 //!
 //! The edge of the contact runs inside faces. It is the zero contour of a field that is the nominal pressure `N/D` at
 //! nodes that touch and `-c E* g/h` at nodes that are open by g (E* plane-strain modulus, h size of the faces there).
-//! Near the edge of any smooth contact the pressure falls as `K sqrt(s)` and the gap opens as `4 K s^1.5/(3 E*)`
-//! [K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and 5.1]; a contour that is right in the mean over all
-//! places of the edge between two nodes has c = 1.5, which on a half-space gives the area of a Hertz contact of four
-//! faces' radius to 0.5 %. What the contour encloses of a face belongs to the corners that touch, in proportion to their
-//! shape functions there: the strip beyond the last node that touches bears friction too. A node's friction is bounded
-//! by `S = W tau_crit(N/W)`, W its part of the area.
+//! Near the edge of any smooth contact the pressure falls as `K sqrt(s)` and the gap opens as `4 K s^1.5/(3 E*)` [K. L.
+//! Johnson, Contact Mechanics, 1985, sections 4.2 and 5.1]. A contour that is right in the mean over all places of the
+//! edge between two nodes has c = 1.5, which on a half-space gives the area of a Hertz contact of four faces' radius to
+//! 0.5 %. The part of a face inside the contour belongs to the corners that touch, in proportion to their shape
+//! functions there: the strip beyond the last node that touches carries friction too. A node's friction is bounded by
+//! `S = W tau_crit(N/W)`, W its part of the area.
 //!
-//! The elastic slip is a vector along the rigid body's surface in the body's material frame, so that turning body and finger
-//! together changes nothing. Where a node has moved on over a curved surface, what it had is projected on the new tangent plane:
-//! the angle between the two is that of one increment, and a node that sticks has none but that of its elastic slip.
+//! The elastic slip is a vector along the rigid body's surface in the body's material frame, so that turning body and
+//! finger together changes nothing. If a node has moved along a curved surface, its earlier elastic slip is projected
+//! on the new tangent plane: the angle between the two is that of one increment, and for a node that sticks only that
+//! of its elastic slip.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -31,9 +33,9 @@ use super::{
 const SHEAR_EDGE: f64 = 0.75;
 
 /// Slip since stick that still counts as stick, share of the elastic slip at the strength: 0.3 µm of 6 µm.
-const UNSEEN_SLIP: f64 = 0.05;
+const STICK_SLIP_SHARE: f64 = 0.05;
 
-/// Motion of the plane along itself from which on it has a direction, mm.
+/// Motion of the plane along itself above which it has a direction, mm.
 const LEAST_MOTION_MM: f64 = 1e-9;
 
 /// Derivative of a node's residual force over a position, N/mm, finger's frame.
@@ -51,16 +53,16 @@ pub struct NodeTangent {
 pub struct Evaluation {
     /// Residual force of each surface node (minus what the plane exerts), N, finger's frame.
     pub residual: Vec<Vector3<f64>>,
-    /// Tangents of the nodes in contact, if asked for; several may be of the same two nodes.
+    /// Tangents of the nodes in contact, if requested; several may be of the same two nodes.
     pub tangents: Vec<NodeTangent>,
-    /// Derivative of the residual of nodes in contact over the spin of the increment beside what turns with the plane,
-    /// N/rad, if asked for.
+    /// Derivative of the residual of nodes in contact over the spin of the increment, in addition to the rotation with
+    /// the plane, N/rad, if requested.
     pub by_spin: Vec<(usize, Vector3<f64>)>,
     /// Force that the plane exerts along its unspun axes, N, and its moment about the foot, N mm.
     pub wrench: [f64; 6],
 }
 
-/// What may touch the plane: faces of a mesh.
+/// The surface that may touch the plane: faces of a mesh.
 pub struct Pad<'a> {
     /// Quadrilaterals, mesh nodes counter-clockwise from outside.
     pub quads: &'a [[u32; 4]],
@@ -70,8 +72,8 @@ pub struct Pad<'a> {
     pub undeformed: &'a [Vector3<f64>],
     /// Plane-strain modulus `E/(1 - nu²)` of the undeformed body at each mesh node, MPa.
     pub modulus_mpa: &'a [f64],
-    /// Whether a mesh node can bear contact.
-    pub bears: &'a dyn Fn(u32) -> bool,
+    /// Whether a mesh node can carry contact.
+    pub can_carry: &'a dyn Fn(u32) -> bool,
 }
 
 /// Faces of a body that may touch the plane.
@@ -84,27 +86,27 @@ pub struct Surface {
     pub reach: Reach,
     /// Part of the reference surface of each surface node, mm².
     pub(super) reference_area: Vec<f64>,
-    /// Negative pressure that a gap stands for, MPa/mm.
+    /// Negative pressure per gap, MPa/mm.
     pub(super) per_gap: Vec<f64>,
     pub(super) penalty: f64,
 }
 
-/// What the tangential forces do in a search for equilibrium.
+/// Treatment of the tangential forces in a search for equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tangential {
-    /// What the friction law says.
+    /// They follow the friction law.
     Law,
     /// The same, but that nodes do not slip that stuck at the end of the last increment.
     Stick,
-    /// They stay as they were at the end of the last increment: the normal forces find themselves first.
+    /// They keep their values of the end of the last increment, so that the normal forces can converge first.
     Held,
 }
 
-/// What an increment starts from.
+/// The state at the start of an increment, with its motion.
 struct Increment<'a> {
     law: &'a dyn FrictionLaw,
     last: &'a ContactState,
-    /// Turn of the slip's direction at a place as the plane's material sees it, rad.
+    /// Turn of the slip's direction at a place relative to the plane's material, rad.
     turn_rad: f64,
 }
 
@@ -121,7 +123,7 @@ struct Touch {
     normal_force: f64,
     spot: Spot,
     tangents: [Vector3<f64>; 2],
-    /// Elastic slip of before with the way since, before it is projected on the tangents, along the normal, mm.
+    /// Earlier elastic slip plus the displacement since, before it is projected on the tangents, along the normal, mm.
     off_surface: f64,
     /// Elastic slip before the return map, mm.
     trial: [f64; 2],
@@ -180,7 +182,7 @@ impl Surface {
             }
         }
         for (area, &node) in reference_area.iter_mut().zip(&nodes) {
-            if !(pad.bears)(node) {
+            if !(pad.can_carry)(node) {
                 *area = 0.0;
             }
         }
@@ -200,7 +202,8 @@ impl Surface {
         }
     }
 
-    /// Has it touch `body`, which starts at `start`; `outline` as of the present reach if there is none.
+    /// Sets the rigid body to `body`, which starts at `start`; the `outline` is that of the present reach if there is
+    /// none.
     pub fn set_rigid_body(&mut self, body: RigidBody, outline: Option<Outline>, start: &Plane) {
         self.reach = Reach::new(outline.unwrap_or_else(|| self.reach.outline().clone()), body, start);
     }
@@ -210,13 +213,13 @@ impl Surface {
         self.reach.body()
     }
 
-    /// Depth inside the body of the deepest node that cannot bear contact, mm; 0 if none is there.
-    pub fn unborne_penetration_mm(&self, state: &ContactState) -> f64 {
-        let unborne = state.position.iter().zip(&self.reference_area).filter(|(_, area)| **area == 0.0);
-        unborne.map(|(y, _)| -self.body().spot(y).gap_mm).fold(0.0, f64::max)
+    /// Depth inside the body of the deepest node that cannot carry contact, mm; 0 if there is none.
+    pub fn penetration_beside_pad_mm(&self, state: &ContactState) -> f64 {
+        let beside_pad = state.position.iter().zip(&self.reference_area).filter(|(_, area)| **area == 0.0);
+        beside_pad.map(|(y, _)| -self.body().spot(y).gap_mm).fold(0.0, f64::max)
     }
 
-    /// What the body is at places of its frame.
+    /// Local geometry of the body at places of its frame.
     pub(super) fn spots(&self, place: &[Vector3<f64>]) -> Vec<Spot> {
         place.iter().map(|y| self.body().spot(y)).collect()
     }
@@ -231,7 +234,7 @@ impl Surface {
         plane.frame(&self.reach)
     }
 
-    /// Force on a node per penetration where it touches, in the mean, N/mm.
+    /// Force on a touching node per penetration, in the mean, N/mm.
     pub fn penalty_stiffness(&self) -> f64 {
         self.penalty * self.reference_area.iter().sum::<f64>() / self.nodes.len() as f64
     }
@@ -369,8 +372,8 @@ impl Surface {
             totals.moment += (position[node] - foot).cross(&force);
             nodes[node] = new;
             if !new.stuck {
-                // A node that turns from slip one way to slip the other way stuck in between. So did one that the body passes the
-                // other way now and that slips on a little, since it lost pressure faster than shear.
+                // A node whose slip changes its sense stuck in between. So did a node past which the body now moves in
+                // the opposite sense and that slips on a little, since it lost pressure faster than shear.
                 let turned_back = before.elastic_slip.dot(&plastic) < 0.0 || before.direction.dot(&passed) < 0.0;
                 let since = if turned_back { 0.0 } else { before.slip_since_stick_mm };
                 nodes[node].slip_since_stick_mm = since + plastic.norm();
@@ -405,10 +408,10 @@ impl Surface {
 
     /// Stuck area of each face, mm², by the contour between nodes that stick and nodes that slip.
     ///
-    /// A node that sticks counts with what is left of its strength along the plane's last motion, one that slips with its
-    /// slip since it last stuck as a negative traction, in the same way as a gap stands for a negative pressure. Slip by a small share
-    /// of the elastic slip still counts as stick: where the body turns back, nodes at the rim lose pressure faster than shear and slip on
-    /// by up to a tenth of a micrometre.
+    /// The contour is that of a signed field. A node that sticks enters with the rest of its strength along the plane's
+    /// last motion; one that slips enters with its slip since it last stuck as a negative traction, in the same way as
+    /// a gap becomes a negative pressure. Slip by a small share of the elastic slip still counts as stick: where the
+    /// body reverses, nodes at the rim lose pressure faster than shear and slip on by up to a tenth of a micrometre.
     pub fn stuck_areas(&self, law: &dyn FrictionLaw, state: &ContactState) -> Vec<f64> {
         let force: Vec<f64> = state.nodes.iter().map(|n| n.normal_force_n).collect();
         let spots = self.spots(&state.position);
@@ -427,13 +430,13 @@ impl Surface {
                 if !(node.normal_force_n > 0.0) {
                     return ratio * contact[k];
                 }
-                let seen_from = UNSEEN_SLIP * node.elastic_slip.norm();
-                let unseen = if node.stuck { 1.0 } else { 1.0 - node.slip_since_stick_mm / seen_from };
-                // Without elastic slip there is no unseen part: NaN.
-                if !(unseen > 0.0) {
-                    return -SHEAR_EDGE * self.per_gap[k] * (node.slip_since_stick_mm - seen_from);
+                let stick_limit_mm = STICK_SLIP_SHARE * node.elastic_slip.norm();
+                let stick_share = if node.stuck { 1.0 } else { 1.0 - node.slip_since_stick_mm / stick_limit_mm };
+                // Without elastic slip there is no stick_share part: NaN.
+                if !(stick_share > 0.0) {
+                    return -SHEAR_EDGE * self.per_gap[k] * (node.slip_since_stick_mm - stick_limit_mm);
                 }
-                unseen * (law.strength(node.pressure_mpa()).0 * reserve(law, node)).min(ratio * contact[k])
+                stick_share * (law.strength(node.pressure_mpa()).0 * reserve(law, node)).min(ratio * contact[k])
             })
             .collect();
         self.face_areas(&spots, &level)
@@ -459,7 +462,7 @@ impl Surface {
             return None;
         }
         let before = &last.nodes[node];
-        // The body's material moves past the skin against what the skin moves in the body's frame.
+        // The body's material moves past the skin in the direction opposite to the skin's motion in the body's frame.
         let way = before.elastic_slip + last.point[node] - spot.point;
         let tangents = spot.tangents();
         let trial = tangents.map(|t| t.dot(&way));
@@ -487,7 +490,8 @@ impl Surface {
         let per_gap = -self.penalty * self.reference_area[node];
         // The force is area times traction(N / area): per normal force the traction's own slope is left.
         let by_force = if *area > 0.0 { touch.along(*by_pressure) } else { Vector3::zeros() };
-        // How the slip before the return map changes, but for its part along the normal, which the tangents do not see.
+        // Change of the slip before the return map, without its part along the normal, which is orthogonal to the
+        // tangents.
         let slip = bend * (gap_mm - touch.off_surface) - Matrix3::identity();
         let (over_s, over_t) = (s.transpose() * slip, t.transpose() * slip);
         let friction =
@@ -498,8 +502,8 @@ impl Surface {
     }
 }
 
-/// What is left of a stuck node's strength along the plane's last motion, as a share of it: by how far its elastic slip
-/// may still go in that direction.
+/// The rest of a stuck node's strength along the plane's last motion, as a share of it: the further elastic slip in
+/// that direction up to the limit.
 fn reserve(law: &dyn FrictionLaw, node: &NodeState) -> f64 {
     let strength = law.strength(node.pressure_mpa()).0 * node.area;
     if !(strength > 0.0) {
@@ -521,7 +525,8 @@ fn slip_stiffness(node: &NodeState) -> f64 {
 }
 
 impl Totals {
-    /// Takes off the elastic slip energy of a node that lost contact, less what its force did on the way `from` `to`.
+    /// Subtracts the elastic slip energy of a node that lost contact, and adds the work of its force along the motion
+    /// `from` `to`.
     fn leave(&mut self, before: &NodeState, from: &Vector3<f64>, to: &Vector3<f64>) {
         let end = before.elastic_slip + from - to;
         self.elastic_energy_by_pressure -= 0.5 * slip_stiffness(before) * before.elastic_slip.dot(&end);

@@ -53,7 +53,7 @@ fn cross(a: &[f64x8; 3], b: &[f64x8; 3]) -> [f64x8; 3] {
     })
 }
 
-/// Place of a node seen from the first, mm.
+/// Place of a node relative to the first, mm.
 fn from_first<const N: usize>(x: &[[f64x8; 3]; N], node: usize) -> [f64x8; 3] {
     std::array::from_fn(|i| x[node][i] - x[0][i])
 }

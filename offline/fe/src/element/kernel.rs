@@ -10,7 +10,7 @@ use wide::f64x8;
 
 use super::shape::{GAUSS_1D_2, hex8_gradient};
 
-/// What an element asks of a material at eight points.
+/// The constitutive functions that an element evaluates at eight points.
 pub trait Constitutive: Copy + Sync {
     /// Energy per undeformed volume at a point, MPa, without the volumetric part that the element averages.
     fn energy(&self, b: &[f64x8; 6], j: f64x8) -> f64x8;
@@ -34,13 +34,13 @@ pub struct Batch<const N: usize, const Q: usize> {
     /// Shape gradients over undeformed coordinates, 1/mm.
     gradient: Box<[[[f64x8; 3]; N]; Q]>,
     pub(super) volume: f64x8,
-    /// Triangles that enclose the deformed volume, local nodes counter-clockwise from outside; none where it is the
+    /// Triangles that enclose the deformed volume, local nodes counter-clockwise from outside; none if it is the
     /// integral of det F.
     pub(super) surface: &'static [[usize; 3]],
     hourglass: Option<Box<Hourglass<N>>>,
 }
 
-/// Stiffness against the modes that a uniform strain does not see: `scale C_1111 gamma_k (gamma_k . u)`.
+/// Stiffness against the modes without uniform strain: `scale C_1111 gamma_k (gamma_k . u)`.
 struct Hourglass<const N: usize> {
     /// Hourglass vectors.
     gamma: [[f64x8; N]; 4],
@@ -95,14 +95,14 @@ impl Hex8 {
         Self::with_rule(elements, positions, points.map(hex8_gradient), 1.0)
     }
 
-    /// The element that CalculiX 2.20 calls C3D8R, to compare with it and for nothing else: uniform strain with
-    /// hourglass control after Flanagan & Belytschko (1981).
+    /// The element that CalculiX 2.20 calls C3D8R, for comparisons with CalculiX only: uniform strain with hourglass
+    /// control after Flanagan & Belytschko (1981).
     ///
-    /// Shape gradients `B_a` are the means over the undeformed element. The hourglass force is
-    /// `s C_1111 sum_k gamma_k (gamma_k . u)`, `s = 0.0005 V sum_a |B_a|²`, with the current Lagrangian modulus, which
-    /// is mostly the bulk modulus: nearly incompressible tissue gets a lot of it. The paper's hourglass vectors are
-    /// `gamma_k = Gamma_k − sum_i (Gamma_k . X_i) B_i`; CalculiX keeps the term i = z alone, so that its vectors see
-    /// homogeneous strains too unless the element is a parallelepiped, and so do these. With the whole sum the normal
+    /// Shape gradients `B_a` are the means over the undeformed element. The hourglass force is `s C_1111 sum_k gamma_k
+    /// (gamma_k . u)`, `s = 0.0005 V sum_a |B_a|²`, with the current Lagrangian modulus, which is mostly the bulk
+    /// modulus: nearly incompressible tissue gets a lot of it. The paper's hourglass vectors are `gamma_k = Gamma_k −
+    /// sum_i (Gamma_k . X_i) B_i`; CalculiX keeps the term i = z alone, so that its vectors respond to homogeneous
+    /// strains too unless the element is a parallelepiped. The vectors here do the same. With the whole sum the normal
     /// force of the coarse fingertips is 0.2 to 1 % below CalculiX's, as it is here within 0.05 %.
     ///
     /// The hourglass force is left out of the energy, and its modulus's derivative out of the tangent.

@@ -1,25 +1,26 @@
 //! The 10-node tetrahedron.
 //!
 //! The displacement is linear on each of twelve sub-tetrahedra: one at every corner, and eight around the centre of the
-//! octahedron that they leave, whose displacement is the mean of the six edge nodes' (the composite tetrahedron of Guo,
+//! octahedron between them, whose displacement is the mean of the six edge nodes' (the composite tetrahedron of Guo,
 //! Ortiz, Belytschko & Repetto 2000; Thoutireddy, Molinari, Repetto & Ortiz 2002; Ostien, Foulk, Mota & Veilleux 2016).
-//! They give the mean deformation gradient of the element and its volume. How the gradient varies over the element is the
-//! quadratic displacement's affair: projected on linear functions, as in these papers, the twelve parts' makes three
-//! quarters of it: a Hertz contact of ten nodes a radius is then 1.0 % too soft, with the quadratic's 0.6 %. Cook's membrane
-//! of 8 x 8 cells is 1.6 and 2.3 % too stiff.
+//! They give the mean deformation gradient of the element and its volume. The variation of the gradient over the
+//! element is that of the quadratic displacement. The projection of the twelve gradients on linear functions, as in
+//! these papers, gives three quarters of that variation: a Hertz contact of ten nodes a radius is then 1.0 % too soft,
+//! with the quadratic's 0.6 %. Cook's membrane of 8 x 8 cells is 1.6 and 2.3 % too stiff.
 //!
-//! The dilatation is one of the element, like that of the hexahedra: the volume of the twelve deformed parts over that of
-//! the undeformed ones. The volumes of all elements so sum to that inside the body's surface, whatever the nodes inside
-//! do, and a uniform pressure has no stiffness of its own, of either sign.
+//! The dilatation is one of the element, like that of the hexahedra: the volume of the twelve deformed parts over that
+//! of the undeformed ones. The volumes of all elements so sum to that inside the body's surface for any positions of
+//! the nodes inside, and a uniform pressure has no stiffness of its own, of either sign.
 //!
-//! An element by itself has three modes without stiffness besides the rigid motions: the quadratic conformal maps
-//! `2 (a . x) x - a |x|²`, whose strain is a dilatation alone, linear over the element, of which it sees the mean. They
-//! are no modes of a mesh. On a face that two elements share, their maps agree only with equal `a` across the line between
-//! the two points about which the dilatations have no mean; three neighbours around an element leave none.
+//! A single element has three modes without stiffness besides the rigid motions: the quadratic conformal maps `2 (a .
+//! x) x - a |x|²`, whose strain is a dilatation alone, linear over the element; the element resists its mean only. They
+//! are no modes of a mesh. On a face that two elements share, their maps agree only with equal `a` across the line
+//! between the two points about which the dilatations have no mean; with three neighbours around an element no mode
+//! remains.
 //!
 //! On a face the displacement is linear on four triangles, so that every node of a face has a positive share of a
-//! uniform pressure (corner 1/12, edge 1/4), which the plain quadratic tetrahedron (corner 0) has not: contact at nodes
-//! needs it.
+//! uniform pressure (corner 1/12, edge 1/4). Contact at nodes needs it; the plain quadratic tetrahedron has a share of
+//! 0 at the corners.
 
 use fingerpad_formats::mesh;
 use nalgebra::{Matrix3, RowVector3, Vector3};
@@ -245,7 +246,7 @@ mod tests {
             elements.push([a, b, c, first, ab, bc, ca, first + 1, first + 2, first + 3]);
             found.push(free_motions(&elements, &nodes));
         }
-        // One by one the neighbours take the three conformal maps away.
+        // Each neighbour removes some of the three conformal maps.
         assert_eq!(found.iter().map(|f| f.0).collect::<Vec<_>>(), [9, 8, 7, 6, 6]);
         assert!(found[4].1 > 1e-3, "{found:?}");
     }

@@ -25,7 +25,7 @@ impl Config {
         Clearance::of(finger).refusal(last).map_or(Ok(()), refuse)
     }
 
-    /// Refuses a path that leads to what holds the finger, or to numbers that no fingertip bears.
+    /// Refuses a path that leads to the finger's supports, or to values that are impossible for a fingertip.
     ///
     /// # Errors
     /// [`ConfigError::Path`] names the first such row.

@@ -14,7 +14,7 @@ pub enum ConfigError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file is not valid TOML or has a key or value that is not understood; the message names line and value.
@@ -22,13 +22,13 @@ pub enum ConfigError {
     Toml {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with line and column.
+        /// The parser's message, with line and column.
         message: String,
     },
     /// Depths that cannot be pressed.
     #[error("experiment.depths_mm: {0}")]
     Depths(String),
-    /// A friction law that is none of skin.
+    /// A friction law that is implausible for skin.
     #[error("friction: {0}")]
     Friction(LawError),
     /// A rigid body that cannot be.
@@ -39,7 +39,7 @@ pub enum ConfigError {
     Path {
         /// Row, from 1.
         row: usize,
-        /// What is wrong with it.
+        /// Description of the defect.
         problem: String,
     },
     /// The shape cannot be meshed.
@@ -70,9 +70,9 @@ pub enum ConfigError {
          imported mesh they are left out or meshed apart: use \"fixed\" or \"floating\""
     )]
     BonesNotMeshed,
-    /// Named soft regions where the geometry has none.
+    /// Named soft regions of a geometry without such regions.
     #[error(
-        "tissue.regions.{0}: {1} has the soft regions skin and subcutaneous only; others come with an imported mesh"
+        "tissue.regions.{0}: {1} has the soft regions skin and subcutaneous only; other regions need an imported mesh"
     )]
     NoSuchRegion(String, &'static str),
     /// Both a volume and a mesh.

@@ -1,7 +1,7 @@
-//! The experiment of the main job: press to each measured depth, slide until the friction is kinetic.
+//! The main experiment: press to each measured depth, slide until the friction is kinetic.
 //!
-//! Main types: [`Config`], [`Experiment`].
-//! May use: load_path and what it may use; `fingerpad-formats` for label volumes and imported meshes.
+//! Main types: [`Config`], [`Experiment`]. May use: load_path and the modules that it uses; `fingerpad-formats` for
+//! label volumes and imported meshes.
 
 mod check;
 mod error;
@@ -28,11 +28,11 @@ use crate::mesh::{
 };
 use fingerpad_formats as formats;
 
-/// What is run: geometry, materials, law, numerics, depths.
+/// Settings of the experiment: geometry, materials, law, numerics, depths.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// Shape of the fingertip: the name of one that comes with the program, or a geometry file.
+    /// Shape of the fingertip: the name of a built-in one, or a geometry file.
     pub shape: Shape,
     /// Resolution of its mesh.
     pub mesh_preset: MeshPreset,
@@ -42,7 +42,7 @@ pub struct Config {
     /// In place of a shape: a mesh of another program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imported: Option<ImportedGeometry>,
-    /// What the finger touches; left out of the settings' hash where it is the plane.
+    /// The rigid body; excluded from the settings' hash if it is the plane.
     #[serde(skip_serializing_if = "RigidBodySettings::is_plane")]
     pub rigid_body: RigidBodySettings,
     /// Materials and bones.
@@ -55,7 +55,7 @@ pub struct Config {
     pub experiment: Experiment,
 }
 
-/// Where a shape comes from.
+/// Source of a shape.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Shape(pub String);
@@ -66,7 +66,7 @@ impl Default for Shape {
     }
 }
 
-/// Where a fingertip came from, and how well that went.
+/// Source of a fingertip, and the quality of its import.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Origin {
     /// A parametric shape.
@@ -135,7 +135,7 @@ impl Config {
         files.into_iter().flatten().for_each(|file| *file = folder.join(&*file));
     }
 
-    /// What the geometry is called: the shape's name, or the file of a volume or mesh.
+    /// Name of the geometry: the shape's name, or the file of a volume or mesh.
     pub fn geometry_name(&self) -> String {
         let file = self.volume.as_ref().map(|v| &v.file).or(self.imported.as_ref().map(|i| &i.file));
         file.map_or(self.shape.0.clone(), |file| file.display().to_string())
@@ -151,17 +151,17 @@ impl Config {
         }
         let path = PathBuf::from(&self.shape.0);
         if path.extension().is_none() {
-            // Not a file: let the library say which names there are.
+            // Not a file: the library's error lists the names.
             return Ok(FingertipShape::named(&self.shape.0)?);
         }
         let text = std::fs::read_to_string(&path).map_err(|source| ConfigError::File { path, source })?;
         Ok(FingertipShape::from_toml(&self.shape.0, &text)?)
     }
 
-    /// The mesh, checked, and where it came from.
+    /// The checked mesh and its source.
     ///
     /// # Errors
-    /// [`ConfigError`]: of the shape, of the file, or of what the file holds.
+    /// [`ConfigError`]: of the shape, of the file, or of the file's contents.
     pub fn fingertip(&self) -> Result<(Fingertip, Origin), ConfigError> {
         if let (Some(name), None) = (self.tissue.regions.keys().next(), &self.imported) {
             let geometry = if self.volume.is_some() { "a label volume" } else { "a parametric fingertip" };
@@ -216,7 +216,7 @@ impl Config {
         let shape = self.fingertip_shape()?;
         let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, &self.tissue, self.friction, self.numerics);
         let mut text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
-        // Where a file lies does not matter, what it holds does.
+        // The content of a file enters the hash, its path does not.
         if let Some(settings) = &self.volume {
             let settings_only = VolumeGeometry { file: PathBuf::new(), ..settings.clone() };
             text += &format!("{settings_only:?}{:?}", read_volume(settings)?);
@@ -252,7 +252,7 @@ impl Config {
     }
 }
 
-/// Reads a TOML file into a type that says which keys there are.
+/// Reads a TOML file into a type that defines the keys.
 ///
 /// # Errors
 /// [`ConfigError::File`], or [`ConfigError::Toml`] with line and value.

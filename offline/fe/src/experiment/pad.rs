@@ -7,8 +7,8 @@ use crate::contact::{Coordinates, Plane, Reach, plane};
 use crate::load_path::{Drive, Finger, Path, neutral_pitch_deg};
 use crate::mesh::FirstTouch;
 
-/// Height up to which skin is taken to touch, share of the deepest press and more, mm: the rim of a contact lies at half the
-/// depth, since the skin around it gives way; a run in which other skin is reached ends with an error.
+/// Height up to which skin may touch, share of the deepest press, with a margin, mm: the rim of a contact lies at half
+/// the depth, since the skin around it yields. A run in which other skin is reached ends with an error.
 const PAD_SHARE: f64 = 0.8;
 const PAD_MARGIN_MM: f64 = 0.2;
 /// Turn between two poses whose pads are united, rad.
@@ -26,7 +26,7 @@ impl Config {
     }
 
     /// As [`Self::finger_for`], with a pad that reaches `factor` times as high: for paths on which skin beside the pad
-    /// comes to the plane.
+    /// reaches the plane.
     ///
     /// # Errors
     /// [`ConfigError`].
@@ -34,7 +34,8 @@ impl Config {
         self.friction.check().map_err(ConfigError::Friction)?;
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
-        // A driven force leaves the depth open: then the geometry's own pad says how high the skin may touch in any pose.
+        // A driven force leaves the depth open: the height of the pad is then that of the geometry, which covers any
+        // pose.
         let height_mm = deepest_mm(paths).map_or(fingertip.pad_height_mm(), pad_height_mm);
         let body = self.rigid_body.read()?;
         if body.is_plane() {
@@ -96,7 +97,7 @@ pub fn pad_height_mm(deepest_mm: f64) -> f64 {
     PAD_SHARE * deepest_mm + PAD_MARGIN_MM
 }
 
-/// The deepest press of paths, mm; None where a driven force leaves the depth open.
+/// The deepest press of paths, mm; None if a driven force leaves the depth open.
 fn deepest_mm(paths: &[&Path]) -> Option<f64> {
     let is_open = paths.iter().any(|path| path.drives[0] == Drive::Force);
     let depths = paths.iter().flat_map(|path| &path.waypoints).map(|point| point.normal);

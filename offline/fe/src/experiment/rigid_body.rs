@@ -27,7 +27,7 @@ pub enum BodyKind {
     Heights,
 }
 
-/// What the finger touches.
+/// The rigid body that the finger touches.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RigidBodySettings {
@@ -56,8 +56,8 @@ impl RigidBodySettings {
     /// The body; reads the file of a height field.
     ///
     /// # Errors
-    /// [`ConfigError::RigidBody`] for a number that is missing, that the kind does not have, or out of range, and what reading the
-    /// file gives.
+    /// [`ConfigError::RigidBody`] for a dimension that is missing, that the kind does not have, or that is out of
+    /// range, and the errors of reading the file.
     pub fn read(&self) -> Result<RigidBody, ConfigError> {
         let refuse = |message: String| ConfigError::RigidBody(message);
         let Self { kind, radius_mm, axis_deg, angle_deg, file } = self;
@@ -91,7 +91,9 @@ impl RigidBodySettings {
             BodyKind::Edge => RigidBody::Edge { radius_mm: radius()?, axis_deg, angle_deg },
             BodyKind::Groove => RigidBody::Groove { radius_mm: radius()?, axis_deg, angle_deg },
             BodyKind::Heights => {
-                let file = file.as_ref().ok_or_else(|| refuse("file is missing: heights come from one".into()))?;
+                let file = file
+                    .as_ref()
+                    .ok_or_else(|| refuse("file is missing: a height field is read from a file".into()))?;
                 RigidBody::Heights(read_heights(file)?)
             }
         };

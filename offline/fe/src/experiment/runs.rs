@@ -9,11 +9,11 @@ use crate::load_path::{
 /// Slides at which fields are kept, mm, if the slide is as long.
 const SNAPSHOT_SLIDES_MM: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 6.0];
 
-/// Presses to `depth_mm` through the lesser depths of the experiment, as a press on all of them does; `from` is where it
-/// goes on from, if a lesser depth was pressed to before.
+/// Presses to `depth_mm` through the lesser depths of the experiment, as a press on all of them does. `from` is the end
+/// of an earlier press to a lesser depth, from which it continues.
 ///
 /// # Errors
-/// [`LoadPathError`], with what was reached.
+/// [`LoadPathError`], with the rows up to there.
 pub fn press(
     config: &Config,
     finger: &Finger,
@@ -26,11 +26,11 @@ pub fn press(
     follow_to_end(&config.problem(finger), &path, from, checkpoint, progress)
 }
 
-/// Presses to `depth_mm` as [`press`] does, then slides from proximal to distal; fields at five slides. `from` is where the
-/// press ends, if it was made before: the numbers are the same. With a checkpoint the run goes on from what is saved there.
+/// Presses to `depth_mm` as [`press`] does, then slides from proximal to distal; fields at five slides. `from` is the
+/// end of an earlier press; the numbers are the same. With a checkpoint the run continues from the saved state.
 ///
 /// # Errors
-/// [`LoadPathError`], with what was reached.
+/// [`LoadPathError`], with the rows up to there.
 pub fn press_and_slide(
     config: &Config,
     finger: &Finger,

@@ -1,4 +1,4 @@
-//! The state of a run on the disk, so that a run that was killed goes on in the middle of its path.
+//! The state of a run on the disk, so that a run that was killed resumes in the middle of its path.
 
 use std::path::Path as FilePath;
 use std::time::{Duration, Instant};
@@ -8,21 +8,21 @@ use sha2::{Digest, Sha256};
 
 use super::Path;
 
-/// Where and how often the state of a run is saved.
+/// File and interval of the saved states of a run.
 ///
-/// A run that goes on from it finds the same numbers, bit for bit, as one that was never stopped; only the times in its
-/// cost differ. The file is removed when the run ends, unless it was stopped.
+/// A run that resumes from a saved state gives the same numbers, bit for bit, as an uninterrupted one; only the times
+/// in its cost differ. The file is removed when the run ends, unless it was interrupted.
 #[derive(Clone, Copy, Debug)]
 pub struct Checkpoint<'a> {
     /// The file.
     pub file: &'a FilePath,
     /// Time between two saves.
     pub period: Duration,
-    /// What the run depends on besides its path, such as a hash of all settings; a file of another key is not used.
+    /// Identifies all settings of the run besides its path, such as their hash; a file of another key is not used.
     pub key: &'a str,
 }
 
-/// Changes whenever what is saved does.
+/// Version of the saved data.
 const FORMAT: u32 = 4;
 
 /// The saves of one run.
@@ -41,23 +41,23 @@ impl<'a> Saves<'a> {
         Self { checkpoint, key, last_write: Instant::now(), bytes: None }
     }
 
-    /// What was saved of this very run; None if there is no such file, or one of another run.
+    /// The saved state of this run; None if there is no such file, or one of another run.
     pub fn read<T: DeserializeOwned>(&self) -> Option<T> {
         let bytes = std::fs::read(self.checkpoint.file).ok()?;
         let (key, rest): (String, &[u8]) = postcard::take_from_bytes(&bytes).ok()?;
         (key == self.key).then(|| postcard::from_bytes(rest).ok()).flatten()
     }
 
-    /// Takes the state at the end of an increment, and saves it if it is time.
+    /// Takes the state at the end of an increment, and saves it if the interval has passed.
     ///
-    /// Within an increment the run changes what the increment starts from (the factor, the step size): only the state
-    /// at its end gives the same numbers again.
+    /// Within an increment the run changes its own starting point (the factor, the step size): only the state at the
+    /// end of an increment gives the same numbers again.
     pub fn take<T: Serialize>(&mut self, state: &T) -> Result<(), fingerpad_formats::Error> {
         self.bytes = Some(postcard::to_stdvec(&(&self.key, state)).expect("plain numbers"));
         if self.last_write.elapsed() >= self.checkpoint.period { self.write() } else { Ok(()) }
     }
 
-    /// Saves the last state taken in place of what was saved before.
+    /// Saves the last state taken, in place of an earlier file.
     pub fn write(&mut self) -> Result<(), fingerpad_formats::Error> {
         if let Some(bytes) = self.bytes.take() {
             fingerpad_formats::atomic_write(self.checkpoint.file, |w| w.write_all(&bytes))?;
@@ -66,7 +66,7 @@ impl<'a> Saves<'a> {
         Ok(())
     }
 
-    /// Removes what was saved.
+    /// Removes the file.
     pub fn remove(&self) {
         // A file that is not there, or cannot be removed, changes no result: its key would have to be right.
         let _ = std::fs::remove_file(self.checkpoint.file);

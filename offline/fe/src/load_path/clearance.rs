@@ -1,4 +1,4 @@
-//! How deep the rigid body may come before it meets what holds the finger.
+//! The depth at which the rigid body meets the finger's supports.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use crate::Rounded;
 use crate::contact::{Outline, Plane, Reach, plane};
 use crate::mesh::set;
 
-/// What the plane would meet first.
+/// The support that the plane would meet first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
     /// A bone.
@@ -16,14 +16,14 @@ pub enum Obstacle {
     HeldSection,
 }
 
-/// The depth at which the plane meets what holds the finger, by the undeformed shape.
+/// The depth at which the plane meets the finger's supports, by the undeformed shape.
 ///
-/// Beyond it the model has no meaning: what is held cannot yield, so that the forces grow without bound.
+/// Beyond it the model has no meaning: supports cannot yield, so that the forces grow without bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
     /// Height of the obstacle's lowest point above first touch, mm; infinite if nothing is held.
     pub depth_mm: f64,
-    /// What is met there.
+    /// The support that is met.
     pub obstacle: Obstacle,
 }
 
@@ -43,7 +43,7 @@ impl Clearance {
         }
     }
 
-    /// Why the rigid body cannot come to the pose, slide and depth of a row of `path`; None if it can.
+    /// Reason why the rigid body cannot take the pose, slide and depth of a row of `path`; None if it can.
     pub fn refusal_in_pose(finger: &Finger, path: &Path, row: usize) -> Option<String> {
         let body = &finger.rigid_body;
         let at = path.coordinates(row, finger.neutral_pitch_deg);
@@ -67,7 +67,7 @@ impl Clearance {
         })
     }
 
-    /// Why the plane cannot come to `depth_mm`; None if it can.
+    /// Reason why the plane cannot reach `depth_mm`; None if it can.
     pub fn refusal(&self, depth_mm: f64) -> Option<String> {
         if depth_mm < self.depth_mm {
             return None;

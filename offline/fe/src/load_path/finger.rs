@@ -13,7 +13,7 @@ use crate::material::{Ogden, SaintVenantKirchhoff, partly};
 use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::{PadFaces, SolverSettings};
 
-/// What the bones are.
+/// Mechanical role of the bones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoneKind {
@@ -30,7 +30,7 @@ pub enum BoneKind {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bone {
-    /// What they are.
+    /// The kind of the bones.
     pub kind: BoneKind,
     /// Law of deformable bones.
     #[serde(deserialize_with = "elastic")]
@@ -85,7 +85,8 @@ impl Default for Tissue {
 }
 
 impl Tissue {
-    /// The law of a region of `mesh`; None for what is rigid, and for a soft region that has none in [`Self::regions`].
+    /// The law of a region of `mesh`; None for a rigid region, and for a soft region that has none in
+    /// [`Self::regions`].
     pub fn material(&self, mesh: &Mesh, region: Region) -> Option<Material> {
         match region {
             Region::Skin => Some(self.skin),
@@ -137,7 +138,7 @@ pub struct Numerics {
     /// Increments. The key is `march`, which the settings' hash of stored runs holds.
     #[serde(rename = "march")]
     pub load_steps: LoadSettings,
-    /// Use of symmetry; left out of the settings' hash where it is the default.
+    /// Use of symmetry; left out of the settings' hash if it is the default.
     #[serde(skip_serializing_if = "Symmetry::is_auto")]
     pub symmetry: Symmetry,
 }
@@ -150,7 +151,7 @@ pub struct Finger {
     pub body: Body,
     /// Angle between its axis and the plane in the pose of its mesh, tip down, degrees.
     pub neutral_pitch_deg: f64,
-    /// Points of what holds it, and of its bones, mm.
+    /// Points of its supports and of its bones, mm.
     pub obstacles: Vec<Vector3<f64>>,
     /// Nodes of the skin's outside that are not of the pad: the plane must not reach them.
     pub beside_pad: Vec<u32>,
@@ -219,7 +220,7 @@ impl Fingertip {
     }
 }
 
-/// What holds a finger with such bones, and where it may touch.
+/// Supports of a finger with such bones, and the nodes that may touch.
 fn supports(mesh: &Mesh, bones: BoneKind) -> Supports {
     let mut fixed = mesh.node_set(set::PROXIMAL_FIX).to_vec();
     fixed.extend(mesh.node_set(set::NAIL_FIX));

@@ -1,4 +1,4 @@
-//! Runs along a path, as other crates ask for them.
+//! Runs along a path: the functions for other crates.
 
 use super::checkpoint::Checkpoint;
 use super::run::Run;
@@ -11,7 +11,7 @@ use crate::contact::RubberFriction;
 /// `progress` is called after every increment and many times within one, and may break.
 ///
 /// # Errors
-/// [`LoadPathError`], with what was reached.
+/// [`LoadPathError`], with the rows up to there.
 pub fn follow_path(
     problem: &Problem,
     path: &Path,
@@ -21,7 +21,7 @@ pub fn follow_path(
     Ok(Run::new(problem, path, snapshots, progress)?.follow()?.0)
 }
 
-/// As [`follow_path`], saving the state of the run as `checkpoint` says and going on from what is saved there.
+/// As [`follow_path`], with a `checkpoint` that saves the state of the run and from which the run resumes.
 ///
 /// # Errors
 /// As [`follow_path`]; [`LoadPathError::Checkpoint`] if the state cannot be saved.

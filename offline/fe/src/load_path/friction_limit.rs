@@ -1,4 +1,5 @@
-//! The load along the plane that friction holds: the least, over all motions of the plane, of what their slip dissipates.
+//! The load along the plane that friction can carry: the minimum, over all motions of the plane, of the dissipation by
+//! their slip.
 
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 
@@ -41,8 +42,9 @@ impl FrictionLimit {
 
     /// Factor on a driven load (N, N, N mm) up to which friction holds it; infinite for no load.
     ///
-    /// By the theorem of the upper bound: the least of dissipation over the load's power, found by weighted squares whose
-    /// weights are the strengths over the last slip. It holds where strength does not change with the direction of slip.
+    /// By the theorem of the upper bound: the least of dissipation over the load's power, found by weighted squares
+    /// whose weights are the strengths over the last slip. It holds if the strength does not change with the direction
+    /// of slip.
     pub fn factor(&self, load: &Vector3<f64>) -> f64 {
         let load = Vector3::from_fn(|k, _| if self.driven[k] { load[k] } else { 0.0 });
         if load == Vector3::zeros() {
@@ -70,7 +72,7 @@ impl FrictionLimit {
         dissipated / load.dot(&motion)
     }
 
-    /// Share of the strengths that a state's load along the plane uses: of its force, or of what is driven.
+    /// Share of the strengths that a state's load along the plane uses: its force, or the driven load.
     pub fn used(&self, state: &State, copies: f64) -> f64 {
         let force = copies * state.totals.force;
         let strength: f64 = self.points.iter().map(|(_, strength)| strength).sum();
@@ -104,7 +106,8 @@ mod tests {
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
         close(ring(0.0, all).factor(&Vector3::new(0.6, -0.8, 0.0)), 1.0);
         close(ring(0.0, all).factor(&Vector3::new(0.0, 0.0, -4.0)), 0.5);
-        // Held along x and y the plane turns about its foot, wherever the ring lies; free it turns about the middle.
+        // Fixed along x and y the plane turns about its foot, at any position of the ring; free it turns about the
+        // middle.
         let arm: f64 = ring(5.0, all).points.iter().map(|(arm, s)| arm.norm() * s).sum();
         assert!(arm > 5.1);
         close(ring(5.0, [false, false, true]).factor(&Vector3::new(0.0, 0.0, 1.0)), arm);

@@ -1,4 +1,4 @@
-//! The half of a finger that stands for the whole on paths that are symmetric about y = 0.
+//! The half of a finger that replaces the whole on paths that are symmetric about y = 0.
 
 use nalgebra::Vector3;
 
@@ -11,11 +11,11 @@ use crate::solve::PadFaces;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Symmetry {
-    /// Where finger and path are symmetric about y = 0: the same results, to the tolerance of equilibrium, for a third of
-    /// the time.
+    /// For a finger and a path that are symmetric about y = 0: the same results, to the tolerance of equilibrium, for a
+    /// third of the time.
     #[default]
     Auto,
-    /// Nowhere.
+    /// Never.
     Off,
 }
 
@@ -31,7 +31,7 @@ pub struct HalfFinger {
     /// Its body: held along y in the plane of symmetry, its rigid bone to the motions that are symmetric, on half the
     /// joint's stiffness.
     pub body: Body,
-    /// Its elements and pad faces, and what of the whole they stand for.
+    /// Its elements and pad faces, and the corresponding parts of the whole.
     pub mesh: HalfMesh,
 }
 
@@ -66,8 +66,8 @@ impl HalfFinger {
         self.mesh.node.iter().enumerate().map(mirrored).collect()
     }
 
-    /// The element of the half that stands for each of the whole, and whether as its mirror image: hexahedra first, then tetrahedra,
-    /// in the half as in the whole.
+    /// The element of the half that represents each of the whole, and whether as its mirror image: hexahedra first,
+    /// then tetrahedra, in the half as in the whole.
     pub(super) fn elements(&self) -> Vec<(usize, bool)> {
         let hexes = self.mesh.mesh.hexes.len();
         (self.mesh.hex.iter().map(|&e| e as usize))
@@ -77,7 +77,7 @@ impl HalfFinger {
     }
 }
 
-/// What a run computes: the whole finger, or the half of it.
+/// The model of a run: the whole finger, or a half of it.
 #[derive(Clone, Copy)]
 pub struct Model<'a> {
     /// The body.
@@ -89,7 +89,7 @@ pub struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// How many times the model makes up the whole finger: forces, areas and energies of the finger over those of the model.
+    /// Factor from forces, areas and energies of the model to those of the whole finger.
     pub fn copies(&self) -> f64 {
         if self.half.is_some() { 2.0 } else { 1.0 }
     }

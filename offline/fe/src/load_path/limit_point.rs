@@ -2,22 +2,22 @@
 
 use crate::solve::{Axis, Guess, SolveError, Solver, State, Stats, Target, Watch};
 
-/// How viscous steps are taken past a limit point.
+/// Rule of the viscous steps past a limit point.
 #[derive(Clone, Copy, Debug)]
 pub struct LimitPointRule {
-    /// Viscous steps before the passage is given up.
+    /// Viscous steps before the passage is abandoned.
     pub max_steps: usize,
     /// Factor on the viscosity after a step that was found.
     pub release: f64,
     /// Factor on the viscosity after a step that was not found.
     pub hold: f64,
-    /// Viscosity (share of the undeformed stiffness) above which the passage is given up.
+    /// Viscosity (share of the undeformed stiffness) above which the passage is abandoned.
     pub largest: f64,
-    /// Share of the plane's work on a passage that one of its steps may add from nowhere; infinite where `as_last` of
-    /// [`pass_limit_point`] makes another state, whose energy is not that of the step before.
+    /// Largest energy gain of one step on a passage that no work accounts for, as a share of the plane's work; infinite
+    /// where `as_last` of [`pass_limit_point`] makes another state, whose energy is not that of the step before.
     ///
-    /// Viscous forces only take; a step that gives is too long for them, and would end at the unstable equilibrium that the
-    /// body has to leave.
+    /// Viscous forces only dissipate. A step that gains energy is too long for them, and would end at the unstable
+    /// equilibrium that the body has to leave.
     pub gained_share: f64,
 }
 
@@ -26,17 +26,19 @@ const FIRST_VISCOSITY: f64 = 1e-3;
 /// Viscosity below which equilibrium is tried without it.
 const FREE_BELOW: f64 = 1e-2;
 
-/// Share of the plane's work in an increment that may be nowhere, beyond which the increment has jumped over a limit point.
+/// Share of the plane's work in an increment that may be unaccounted for; beyond it the increment has jumped over a
+/// limit point.
 ///
-/// The trapezoidal rule leaves a fifth of the work of a first touch (force with the power 1.5 of depth), a snap most of it.
+/// The error of the trapezoidal rule is a fifth of the work at a first touch (force with the power 1.5 of depth), and
+/// most of the work in a snap.
 const LOST_SHARE: f64 = 0.3;
 
-/// Share of the stored energy below which a loss is rounding: an increment of a held load does next to no work, and what it
-/// stores is the difference of two energies.
+/// Share of the stored energy below which a loss is rounding: an increment under a constant load does almost no work,
+/// and its stored energy is the difference of two energies.
 const ROUNDING_SHARE: f64 = 1e-12;
 
-/// Refuses an increment with a force-driven coordinate that went over a limit point at once: the body snaps there, and what
-/// it gives off would be lost from the sum of works without a word.
+/// Refuses an increment with a force-driven coordinate that passed a limit point in one step: the body snaps there, and
+/// the released energy would silently be missing from the sum of works.
 ///
 /// # Errors
 /// [`SolveError::LimitPoint`].
@@ -62,13 +64,14 @@ fn stored_mj(solver: &Solver, state: &State) -> f64 {
 pub struct Passage {
     /// The equilibrium.
     pub state: State,
-    /// Work of the plane on the way, mJ.
+    /// Work of the plane during the passage, mJ.
     pub plane_work_mj: f64,
-    /// Dissipated by slip on the way, mJ.
+    /// Dissipated by slip during the passage, mJ.
     pub friction_work_mj: f64,
-    /// Put into the elastic slip by changes of pressure and contact area on the way, mJ.
+    /// Put into the elastic slip by changes of pressure and contact area during the passage, mJ.
     pub pressure_work_mj: f64,
-    /// What neither the body nor friction has, mJ: the viscous forces' work, the time integration's own included.
+    /// Work that neither the body stores nor friction dissipates, mJ: that of the viscous forces, the time
+    /// integration's own included.
     pub viscous_work_mj: f64,
 }
 
@@ -128,7 +131,8 @@ pub fn pass_limit_point(
 }
 
 impl Passage {
-    /// The passage with one more step; `before_mj` was stored at its start. None if the step adds energy from nowhere.
+    /// The passage with one more step; `before_mj` was stored at its start. None if the step gains energy that no work
+    /// accounts for.
     fn on(&self, solver: &Solver, next: State, before_mj: f64, rule: &LimitPointRule) -> Option<Self> {
         let plane_work_mj = self.plane_work_mj + plane_work_mj_between(solver, &self.state, &next);
         let friction_work_mj = self.friction_work_mj + next.totals.dissipation;
@@ -200,7 +204,7 @@ mod tests {
             }
             other => panic!("{other:?}"),
         }
-        // On the way back nothing is lost, and a plane that is led has no energy of its own to lose.
+        // On unloading nothing is lost, and a plane with prescribed motion has no energy of its own to lose.
         assert_eq!(check_no_jump(&solver, &fallen, &state, &under_force), Ok(()));
         assert_eq!(check_no_jump(&solver, &state, &fallen, &Target::place(fallen.contact.plane.at)), Ok(()));
     }

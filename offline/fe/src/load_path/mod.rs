@@ -1,8 +1,8 @@
 //! A path (press, slide, lift) becomes a trajectory of responses, by adaptive load steps.
 //!
 //! Main types: [`Finger`], [`Problem`], [`Path`], [`Response`], [`Snapshot`], [`Trajectory`]; [`follow_path`] runs one.
-//! [`LoadSteps`] with [`load_along`] is the load stepping itself, [`pass_limit_point`] its way past limit points.
-//! May use: solve, assembly, contact, material, element, mesh.
+//! [`LoadSteps`] with [`load_along`] is the load stepping itself, [`pass_limit_point`] passes limit points. May use:
+//! solve, assembly, contact, material, element, mesh.
 
 mod beside_pad;
 mod checkpoint;
@@ -37,7 +37,7 @@ pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg};
 pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
-pub use observed::{HOLDERS, Observed, Probe, ProbeError, ProbeReading, Reaction, Reading, papillae, probes};
+pub use observed::{Observed, Probe, ProbeError, ProbeReading, Reaction, Reading, SUPPORTS, papillae, probes};
 pub use path::{Drive, Path, Turn, Turns, Waypoint};
 pub use path_end::{PathEnd, follow_path_on, follow_to_end};
 pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
@@ -60,11 +60,11 @@ pub struct Response {
     pub friction_x_n: f64,
     /// Friction along y, N.
     pub friction_y_n: f64,
-    /// Current area of what bears pressure, mm².
+    /// Current area under pressure, mm².
     pub contact_area_mm2: f64,
     /// Stuck area over contact area; 1 in a fresh contact, 0 without contact.
     pub stick_ratio: f64,
-    /// What the contact does.
+    /// Regime of the contact.
     pub regime: Regime,
     /// Flags, `ok` if none.
     pub status: Status,
@@ -95,7 +95,7 @@ pub struct FaceState {
     pub traction_mpa: [f64; 2],
     /// Mean slip (plane minus skin) accumulated since the face came into contact, mm.
     pub slip_mm: [f64; 2],
-    /// Part of the face's area that bears pressure, 0 to 1.
+    /// Part of the face's area under pressure, 0 to 1.
     pub contact_fraction: f64,
     /// Part of the face's contact area that sticks, 0 to 1.
     pub stick_fraction: f64,
@@ -117,7 +117,7 @@ pub struct Snapshot {
     pub stresses: Vec<ElementStress>,
 }
 
-/// What it cost to get there.
+/// Cost of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cost {
     /// Accepted increments.
@@ -145,7 +145,7 @@ pub struct Work {
     pub plane_mj: f64,
     /// Dissipated by slip.
     pub friction_mj: f64,
-    /// Put into the elastic slip by changes of pressure and contact area, for which no motion pays.
+    /// Put into the elastic slip by changes of pressure and contact area; it is not work of a motion.
     pub pressure_mj: f64,
     /// Dissipated by viscous stabilisation; 0 unless a limit point was passed.
     pub stabilisation_mj: f64,
@@ -156,9 +156,9 @@ pub struct Work {
 pub struct Trajectory {
     /// One row per accepted increment, the start included.
     pub responses: Vec<Response>,
-    /// Fields at the waypoints that were asked for.
+    /// Fields at the requested waypoints.
     pub snapshots: Vec<Snapshot>,
-    /// What was observed, one for each response; none if nothing was asked for.
+    /// Observed quantities, one for each response; empty if none were requested.
     pub readings: Vec<Reading>,
     /// Cost.
     pub cost: Cost,
@@ -166,7 +166,7 @@ pub struct Trajectory {
     pub work: Work,
 }
 
-/// What a frictionless press says of friction.
+/// Limits of friction computed from a frictionless press.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PressLimit {
     /// Depth, mm.

@@ -1,4 +1,4 @@
-//! What a run tells of the inside of the finger at every increment: reactions of what holds it, and probes in the tissue.
+//! Quantities inside the finger at every increment: reactions of the supports, and probes in the tissue.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +10,14 @@ use crate::mesh::{Mesh, below_skin, element_corners, locate, set};
 
 /// Distance of the receptors that [`papillae`] puts under the pad, mm.
 const PITCH_MM: f64 = 1.0;
-/// How far they go from first touch, mm.
+/// Distance of the points from first touch, mm.
 const REACH_MM: f64 = 12.0;
 
 /// Spread of a patch in a direction, share of the largest singular value, below which a field is taken as constant there.
 const FLAT: f64 = 0.1;
 
-/// What holds the finger, in the order of [`Reading::reactions`].
-pub const HOLDERS: [&str; 3] = ["nail", "bone", "section"];
+/// Supports of the finger, in the order of [`Reading::reactions`].
+pub const SUPPORTS: [&str; 3] = ["nail", "bone", "section"];
 
 /// Force and moment that one holder exerts on the finger, along the axes of the mesh; moments about its origin, the point of first
 /// touch in the neutral pose.
@@ -29,10 +29,10 @@ pub struct Reaction {
     pub moment_n_mm: [f64; 3],
 }
 
-/// What a probe reads; components xx, yy, zz, xy, yz, xz along the undeformed axes of the mesh.
+/// Values of a probe; components xx, yy, zz, xy, yz, xz along the undeformed axes of the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ProbeReading {
-    /// Where its point of the tissue is, mm.
+    /// Present place of its point of the tissue, mm.
     pub place_mm: [f64; 3],
     /// Green-Lagrange strain; shear of the tensor.
     pub strain: [f64; 6],
@@ -40,10 +40,10 @@ pub struct ProbeReading {
     pub strain_energy_density_mpa: f64,
 }
 
-/// What is observed at one increment; empty lists of what was not asked for.
+/// Observed quantities of one increment; lists of quantities that were not requested are empty.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Reading {
-    /// Reactions of [`HOLDERS`].
+    /// Reactions of [`SUPPORTS`].
     pub reactions: Vec<Reaction>,
     /// One for each probe.
     pub probes: Vec<ProbeReading>,
@@ -51,10 +51,11 @@ pub struct Reading {
 
 /// A point of the tissue whose strain is read.
 ///
-/// Strain and energy are known as means over elements. At each corner of the probe's element a linear field is fitted to the means of
-/// the elements of the same region around that corner, each at its middle, and the values of these fields at the corners are
-/// interpolated (superconvergent patch recovery, Zienkiewicz and Zhu 1992, Int. J. Numer. Methods Eng. 33:1331-1364). So a probe sees
-/// about one element far, and at the rim of a region it reads what is half an element inside.
+/// The solution gives strain and energy as means over elements. At each corner of the probe's element a linear field is
+/// fitted to the means of the elements of the same region around that corner, each at its middle, and the values of
+/// these fields at the corners are interpolated (superconvergent patch recovery, Zienkiewicz and Zhu 1992, Int. J.
+/// Numer. Methods Eng. 33:1331-1364). A probe therefore averages over about one element, and at the rim of a region it
+/// reads the value half an element inside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
     /// Its name in files.
@@ -82,16 +83,16 @@ pub enum ProbeError {
         name: String,
         /// Its place, mm.
         at_mm: [f64; 3],
-        /// Where it lies.
+        /// Its place.
         region: String,
     },
 }
 
-/// What a run observes.
+/// Quantities that a run observes.
 #[derive(Clone, Debug, Default)]
 pub struct Observed {
-    /// Nodes of each holder; empty where reactions are not wanted.
-    holders: Vec<Vec<u32>>,
+    /// Nodes of each support; empty without reactions.
+    supports: Vec<Vec<u32>>,
     probes: Vec<Probe>,
 }
 
@@ -152,15 +153,15 @@ fn weights_at_origin(places: &[Vector3<f64>]) -> Vec<f64> {
 }
 
 impl Observed {
-    /// Probes, and reactions where they are wanted.
+    /// Probes, and reactions if requested.
     pub fn new(mesh: &Mesh, reactions: bool, probes: Vec<Probe>) -> Self {
-        let holders = if reactions { holders(mesh).to_vec() } else { Vec::new() };
-        Self { holders, probes }
+        let supports = if reactions { supports(mesh).to_vec() } else { Vec::new() };
+        Self { supports, probes }
     }
 
     /// Whether nothing is observed.
     pub fn is_empty(&self) -> bool {
-        self.holders.is_empty() && self.probes.is_empty()
+        self.supports.is_empty() && self.probes.is_empty()
     }
 
     /// The probes.
@@ -168,9 +169,9 @@ impl Observed {
         &self.probes
     }
 
-    /// What is observed of a state of `model`.
+    /// Observed quantities of a state of `model`.
     pub fn read(&self, model: &Model, at: &Configuration) -> Reading {
-        let reactions = if self.holders.is_empty() { Vec::new() } else { self.reactions(model, at) };
+        let reactions = if self.supports.is_empty() { Vec::new() } else { self.reactions(model, at) };
         let probes = if self.probes.is_empty() { Vec::new() } else { self.read_probes(model, at) };
         Reading { reactions, probes }
     }
@@ -178,7 +179,7 @@ impl Observed {
     fn reactions(&self, model: &Model, at: &Configuration) -> Vec<Reaction> {
         let forces = model.body.support_forces(at);
         let copies = model.copies();
-        // What the two halves bear along y, and about x and z, cancels.
+        // Forces along y, and moments about x and z, of the two halves cancel.
         let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };
         let of = |nodes: &Vec<u32>| {
             let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
@@ -192,7 +193,7 @@ impl Observed {
                 moment_n_mm: [across(moment.x), copies * moment.y, across(moment.z)],
             }
         };
-        self.holders.iter().map(of).collect()
+        self.supports.iter().map(of).collect()
     }
 
     fn read_probes(&self, model: &Model, at: &Configuration) -> Vec<ProbeReading> {
@@ -219,9 +220,9 @@ impl Observed {
     }
 }
 
-/// The nodes of each of [`HOLDERS`]: the fixed face of the nail, the distal phalanx on its joint, and the proximal section with the
+/// The nodes of each of [`SUPPORTS`]: the fixed face of the nail, the distal phalanx on its joint, and the proximal section with the
 /// second bone. A deformable bone is held at the section alone, so that its own reaction is zero.
-fn holders(mesh: &Mesh) -> [Vec<u32>; 3] {
+fn supports(mesh: &Mesh) -> [Vec<u32>; 3] {
     let nail = mesh.node_set(set::NAIL_FIX).to_vec();
     let mut section = mesh.node_set(set::PROXIMAL_FIX).to_vec();
     section.extend(mesh.node_set(set::PROXIMAL_BONE));

@@ -1,4 +1,4 @@
-//! Paths of the plane: what drives it, and through which corners.
+//! Paths of the plane: the driven coordinates and the corners.
 
 use crate::Rounded;
 use crate::contact::{Coordinates, plane};
@@ -35,7 +35,7 @@ pub struct Waypoint {
     pub y: f64,
 }
 
-/// What drives one turn along a path, a value a corner.
+/// Driving of one rotation along a path, a value a corner.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Turn {
     /// By angle or by moment.
@@ -44,7 +44,7 @@ pub struct Turn {
     pub values: Vec<f64>,
 }
 
-/// Turns along a path; one that is absent stays as it is in the neutral pose.
+/// Rotations along a path; one that is absent keeps its value of the neutral pose.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Turns {
     /// Spin of the plane about its normal, counter-clockwise seen from +z; moment about z.
@@ -92,7 +92,7 @@ impl Path {
         [x, y, normal, spin, pitch, roll]
     }
 
-    /// Values of the plane's coordinates at a corner: mm and rad from the neutral pose, N and N mm where driven by force.
+    /// Values of the plane's coordinates at a corner: mm and rad from the neutral pose, N and N mm if driven by force.
     /// `neutral_pitch_deg` is the finger's angle to the plane in the neutral pose.
     pub fn coordinates(&self, row: usize, neutral_pitch_deg: f64) -> Coordinates {
         let Waypoint { normal, x, y, .. } = self.waypoints[row];

@@ -18,8 +18,8 @@ const TURNS: [(&str, &str); 3] =
 ///
 /// `normal_force_n` in place of `depth_mm`, `friction_x_n` and `friction_y_n` in place of the slides, drive that axis
 /// by force. Time must increase strictly from row to row, normal forces must not be negative, all numbers are finite,
-/// and there are at least two rows; everything else is an error that says where. `spin_deg`, `pitch_deg` and `roll_deg`, or
-/// the moments in their place, may be absent: the finger then stays as it is in the neutral pose.
+/// and there are at least two rows; any other file gives an error with its line. `spin_deg`, `pitch_deg` and
+/// `roll_deg`, or the moments in their place, may be absent: the finger then keeps its neutral pose.
 pub fn read(file: &FilePath) -> Result<Path, Error> {
     read_with(file, &[]).map(|(path, _)| path)
 }
@@ -31,13 +31,14 @@ pub struct More<'a> {
     pub name: &'a str,
     /// Its unit, for errors.
     pub unit: &'a str,
-    /// Least and largest value that is taken.
+    /// Least and largest accepted value.
     pub range: [f64; 2],
 }
 
 /// The same with further columns, which may be absent: for each its values, one a waypoint.
 ///
-/// Errors: those of [`read`], and a value that is outside its range.
+/// # Errors
+/// Those of [`read`], and a value that is outside its range.
 pub fn read_with(file: &FilePath, more: &[More<'_>]) -> Result<(Path, Vec<Option<Vec<f64>>>), Error> {
     let known: Vec<&str> = std::iter::once("t_s")
         .chain(AXES.iter().chain(&TURNS).flat_map(|(a, b)| [*a, *b]))
@@ -163,10 +164,10 @@ mod tests {
             ("t_s,bogus\n", ":1: unknown column `bogus`; columns are t_s, depth_mm"),
             ("t_s,depth_mm,slide_x_mm\n", ":1: no column `slide_y_mm` or `friction_y_n`"),
             ("depth_mm,slide_x_mm,slide_y_mm\n", ":1: no column `t_s`"),
-            ("t_s,t_s,depth_mm\n", ":1: column `t_s` stands twice in the header"),
+            ("t_s,t_s,depth_mm\n", ":1: column `t_s` occurs twice in the header"),
             (
                 "t_s,normal_force_n,depth_mm,slide_x_mm,slide_y_mm\n",
-                ":1: column `depth_mm` cannot stand beside `normal_force_n`",
+                ":1: column `depth_mm` cannot be used together with `normal_force_n`",
             ),
             (head, ":1: the file ends after 0 row(s) of values; at least 2 needed"),
             (&format!("{head}0,0,0,0\n\n"), ":2: the file ends after 1 row(s)"),
@@ -175,8 +176,8 @@ mod tests {
             (&format!("{head}0,0,0,1e999\n1,0,0,0\n"), ":2: column `slide_y_mm`: `1e999` is not finite"),
             (&format!("{head}0,0,0,0\n1,1 mm,0,0\n"), ":3: column `depth_mm`: `1 mm` is not a number"),
             (&format!("{head}0,0,0,0\n1,,0,0\n"), ":3: column `depth_mm`: `` is missing"),
-            (&format!("{head}0,0,0,0\n1,0,0\n"), ":3: 3 cells where the header has 4"),
-            (&format!("{head}0,0,0,0\n1,0,0,0,0\n"), ":3: 5 cells where the header has 4"),
+            (&format!("{head}0,0,0,0\n1,0,0\n"), ":3: 3 cells, but the header has 4"),
+            (&format!("{head}0,0,0,0\n1,0,0,0,0\n"), ":3: 5 cells, but the header has 4"),
             (&format!("{head}0,0,0,0\n1,0,0,0\n1,1,0,0\n"), ":4: column `t_s`: `1` is not after 1 of the row before"),
             (
                 "t_s,normal_force_n,slide_x_mm,slide_y_mm\n0,0,0,0\n1,-0.2,0,0\n",

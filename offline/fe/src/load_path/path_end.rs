@@ -5,26 +5,26 @@ use super::settings::LoadPathError;
 use super::{Checkpoint, Cost, OnProgress, Path, Problem, Response, Trajectory};
 use crate::solve::{FactorRecord, SolveError, State};
 
-/// Where a run stands at the end of its path, all that it recorded included.
+/// State of a run at the end of its path, with all its records.
 ///
-/// A run that goes on from it finds the same numbers, bit for bit, as one along the whole path; its trajectory begins with
-/// the rows, work and cost of the run before.
+/// A run that continues from it gives the same numbers, bit for bit, as one along the whole path; its trajectory begins
+/// with the rows, work and cost of the earlier run.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub struct PathEnd {
     path: Path,
     is_half: bool,
-    /// With the last row not yet ended: what is wanted there is for the next run to say.
+    /// The last row is not yet ended: the next run determines its records.
     run: RunState,
     factor: FactorRecord,
 }
 
 impl PathEnd {
-    /// What it cost to come there.
+    /// The cost up to here.
     pub fn cost(&self) -> Cost {
         self.run.trajectory.cost
     }
 
-    /// The rows on the way there.
+    /// The rows up to there.
     pub fn responses(&self) -> &[Response] {
         &self.run.trajectory.responses
     }
@@ -69,7 +69,7 @@ pub fn follow_path_on(
     Ok(begin(problem, path, snapshots, Some(from), checkpoint, progress)?.follow()?.0)
 }
 
-/// A run that stands where its checkpoint says, else at `from`, else at the start of the path.
+/// A run at the state of its checkpoint, else at `from`, else at the start of the path.
 fn begin<'a, 'p>(
     problem: &'a Problem<'a>,
     path: &'a Path,
@@ -107,7 +107,7 @@ fn check(run: &Run, from: &PathEnd) -> Result<(), LoadPathError> {
         return refuse("is not the beginning of this path");
     }
     if run.snapshots.iter().any(|&row| row + 1 < start.waypoints.len()) {
-        return refuse("has passed rows whose field is wanted");
+        return refuse("has passed rows whose field is requested");
     }
     if run.model.half.is_some() != from.is_half {
         return refuse("and this one differ in the use of symmetry");

@@ -6,7 +6,7 @@ use std::path::Path;
 use fingerpad_formats::{Columns, Error, number};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use super::observed::HOLDERS;
+use super::observed::SUPPORTS;
 use super::{Probe, ProbeReading, Trajectory};
 use crate::mesh::{Mesh, below_skin};
 
@@ -19,7 +19,7 @@ pub fn reactions_header() -> String {
         let force = AXES.map(|axis| format!(",{holder}_force_{axis}_n")).concat();
         force + &AXES.map(|axis| format!(",{holder}_moment_{axis}_n_mm")).concat()
     };
-    format!("t_s{}", HOLDERS.map(of).concat())
+    format!("t_s{}", SUPPORTS.map(of).concat())
 }
 
 /// Writes the reactions of a trajectory.
@@ -43,7 +43,7 @@ pub fn write_reactions(w: &mut dyn Write, trajectory: &Trajectory) -> io::Result
 /// Points of probes from a file: columns `probe` (may be absent), `x_mm`, `y_mm`, and `z_mm` or `below_skin_mm`.
 ///
 /// # Errors
-/// [`Error`] with line and value: no pad above a point, a name that is missing or stands twice.
+/// [`Error`] with line and value: no pad above a point, a name that is missing or occurs twice.
 pub fn read_points(file: &Path, mesh: &Mesh) -> Result<Vec<(String, Vector3<f64>)>, Error> {
     let table = Columns::read(file, &["probe", "x_mm", "y_mm", "z_mm", "below_skin_mm"])?;
     table.need_rows(1)?;

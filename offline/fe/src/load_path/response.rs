@@ -15,7 +15,7 @@ pub(super) fn response(problem: &Problem, model: &Model, state: &State, t_s: f64
     let in_contact = totals.area > 0.0;
     let stick_ratio = if in_contact { totals.stuck_area / totals.area } else { 0.0 };
     let centre = |moment: f64| if in_contact { moment / totals.force.z } else { f64::NAN };
-    // What the two halves bear along y, and about the other axes, cancels.
+    // Forces along y, and moments about the other axes, of the two halves cancel.
     let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };
     Response {
         t_s,
@@ -61,7 +61,7 @@ fn faces(solver: &Solver, state: &State) -> Vec<FaceState> {
     let contact = surface.contact_areas(&state.contact);
     let stuck = surface.stuck_areas(solver.friction(), &state.contact);
     let frame = surface.frame(&state.contact.plane);
-    // Each face bears what its corners bear in proportion to its part of the area around them.
+    // Each face carries a part of its corners' loads, in proportion to its part of the area around them.
     let mut around = vec![0.0; nodes.len()];
     for (facet, [_, whole]) in surface.facets.iter().zip(&contact) {
         let corners = facet.corners();

@@ -54,7 +54,8 @@ fn pose_numbers(r: &Response) -> [f64; 8] {
 /// Writes responses with the columns of [`POSE_COLUMNS`] after the others; numbers read back as the same f64. Without
 /// contact the centre of pressure has empty cells.
 ///
-/// Errors: a value that is not finite is refused before anything is written; disk errors carry the path.
+/// # Errors
+/// A value that is not finite is refused before anything is written; disk errors carry the path.
 pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
     check(file, responses)?;
     atomic_write(file, |w| write_to(w, responses, None))
@@ -64,7 +65,8 @@ pub fn write(file: &Path, responses: &[Response]) -> Result<(), Error> {
 ///
 /// * `file`: for the message
 ///
-/// Errors: [`Error::Value`] with line and column.
+/// # Errors
+/// [`Error::Value`] with line and column.
 pub fn check(file: &Path, responses: &[Response]) -> Result<(), Error> {
     let names = || COLUMNS[..9].iter().chain(&POSE_COLUMNS[..6]);
     for (i, response) in responses.iter().enumerate() {
@@ -110,7 +112,7 @@ pub fn write_to(w: &mut dyn Write, responses: &[Response], extra: Option<&[[f64;
     Ok(())
 }
 
-/// Reads a response file of `simulate` or `eval`; the centre of pressure is NaN where it has no cell, moments and turns are
+/// Reads a response file of `simulate` or `eval`; the centre of pressure is NaN if it has no cell, moments and turns are
 /// zero where they have no column.
 pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
     let known: Vec<&str> = COLUMNS.into_iter().chain(POSE_COLUMNS).chain(EXTRA_COLUMNS).collect();
@@ -154,7 +156,7 @@ pub fn read(file: &Path) -> Result<Vec<Response>, Error> {
         .collect()
 }
 
-/// The flags whose names `Status` itself prints, so that this file knows none of them.
+/// The flags, parsed by the names that `Status` prints, so that this file needs no list of them.
 fn parse_status(text: &str) -> Option<Status> {
     if text == Status::OK.to_string() {
         return Some(Status::OK);
@@ -196,7 +198,7 @@ mod tests {
         let rows = [Response { centre_of_pressure_mm: [f64::NAN; 2], ..Response::default() }, sample()];
         write(&file, &rows).unwrap();
         let back = read(&file).unwrap();
-        // NaN differs from itself, so compare what is printed.
+        // NaN differs from itself, so the printed texts are compared.
         assert_eq!(format!("{back:?}"), format!("{rows:?}"));
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.lines().nth(2).unwrap().ends_with(",partial_slip,stabilised,7.5,41,-3,0.5,1.25,-2,,"), "{text}");

@@ -1,7 +1,7 @@
 //! The run along a path: increments of the plane's motion, recorded as responses.
 
 mod increments;
-mod way;
+mod segment;
 
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -10,12 +10,12 @@ use cpu_time::ThreadTime;
 use fingerpad::Status;
 use nalgebra::Vector3;
 
-use self::way::check;
+use self::segment::check;
 use super::checkpoint::{Checkpoint, Saves};
 use super::friction_limit::{self, FrictionLimit};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
-use super::steady_slip::goes_on_straight;
+use super::steady_slip::continues_straight;
 use super::stepping::{Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
 use crate::assembly::Configuration;
@@ -27,16 +27,16 @@ const STEPS: StepRule =
     StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
 /// Least size of the first step of a row.
 const LEAST_FIRST_SIZE: f64 = 0.1;
-/// Share of the strength that must be used before a failed step is taken for the limit of friction.
+/// Share of the strength that must be used for a failed step to count as the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
 
-/// Where a run along a path stands: all that a checkpoint keeps besides the factor.
+/// State of a run along a path: all data of a checkpoint besides the factor.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct RunState {
-    /// Row being approached, and whether the way to it has begun.
+    /// Row being approached, and whether its increments have started.
     pub row: usize,
     row_has_begun: bool,
-    /// Where the stepping stands on the way to the row.
+    /// State of the stepping on the path to the row.
     standing: Standing,
     /// Largest size of a step at present: 1, and more in steady slip.
     largest_size: f64,
@@ -59,7 +59,7 @@ pub(super) struct Run<'a, 'p> {
     pub path: &'a Path,
     /// Rows at which the field is kept.
     pub snapshots: &'a [usize],
-    /// The friction law of a time, where it changes along the path.
+    /// The friction law of a time, if it changes along the path.
     pub law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
     /// A law whose integral over the pressure is taken at every row.
     pub limit_law: Option<&'a RubberFriction>,
@@ -70,7 +70,7 @@ pub(super) struct Run<'a, 'p> {
     clock: ThreadTime,
     /// CPU time before this session, s.
     earlier_cpu_s: f64,
-    /// Length of the whole path and of the way to the row being approached, in largest steps.
+    /// Length of the whole path and of the segment to the row being approached, in largest steps.
     length: f64,
     row_length: f64,
 }
@@ -123,14 +123,14 @@ impl<'a, 'p> Run<'a, 'p> {
         Ok(run)
     }
 
-    /// Saves the run as `checkpoint` says, and goes on from what is saved there of this very run.
+    /// Saves the run by `checkpoint`, and resumes from a saved state of this very run.
     pub fn keep(&mut self, checkpoint: Checkpoint<'a>) -> Result<(), LoadPathError> {
         let saves = Saves::new(checkpoint, self.path, self.snapshots, self.model.half.is_some());
         if let Some((run, factor)) = saves.read::<(RunState, FactorRecord)>()
             && run.state.configuration.x.len() == self.run.state.configuration.x.len()
         {
             let reached = run.trajectory.clone();
-            // A factor that cannot be made again leaves the run at its start.
+            // If a factor cannot be made again, the run restarts from its start.
             if let Err(SolveError::Interrupted) = self.resume(run, &factor) {
                 return Err(LoadPathError::Interrupted { reached: Box::new(reached) });
             }
@@ -139,10 +139,10 @@ impl<'a, 'p> Run<'a, 'p> {
         Ok(())
     }
 
-    /// Stands where this run, or another that came the same way, stood with this factor.
+    /// Restores the state that this run, or another along the same path, had with this factor.
     ///
     /// # Errors
-    /// [`SolveError`] if the factor cannot be made again; the run then stands where it stood.
+    /// [`SolveError`] if the factor cannot be made again; the run is then unchanged.
     pub fn resume(&mut self, run: RunState, factor: &FactorRecord) -> Result<(), SolveError> {
         self.solver.set_friction(self.friction_of(run.row));
         let response = run.trajectory.responses.last().copied().unwrap_or_default();
@@ -159,12 +159,12 @@ impl<'a, 'p> Run<'a, 'p> {
         self.run.trajectory.responses.is_empty()
     }
 
-    /// Follows the path to its end; returns what was recorded and the integrals of the limit law.
+    /// Follows the path to its end; returns the records and the integrals of the limit law.
     pub fn follow(self) -> Result<(Trajectory, Vec<PressLimit>), LoadPathError> {
         self.follow_to_end().map(|(run, _)| (run.trajectory, run.limits))
     }
 
-    /// Follows the path to its end; returns where the run stands and what its factor depends on.
+    /// Follows the path to its end; returns the state of the run and the record of its factor.
     pub fn follow_to_end(mut self) -> Result<(RunState, FactorRecord), LoadPathError> {
         let result = self.follow_rows();
         if !matches!(result, Err(LoadPathError::Interrupted { .. }))
@@ -192,7 +192,7 @@ impl<'a, 'p> Run<'a, 'p> {
         self.solver.set_friction(self.friction_of(self.run.row));
         if !self.run.row_has_begun {
             self.run.before = None;
-            if !goes_on_straight(self.path, self.run.row) {
+            if !continues_straight(self.path, self.run.row) {
                 self.run.largest_size = 1.0;
             }
             let size = self.run.standing.size.clamp(LEAST_FIRST_SIZE, self.run.largest_size);
@@ -205,7 +205,7 @@ impl<'a, 'p> Run<'a, 'p> {
         Ok(())
     }
 
-    /// Takes what is wanted of the row that was reached, and turns to the next.
+    /// Records the requested data of the row that was reached, and proceeds to the next row.
     pub fn end_row(&mut self) {
         let run = &mut self.run;
         if self.snapshots.contains(&run.row) {
@@ -227,7 +227,7 @@ impl<'a, 'p> Run<'a, 'p> {
         run.row_has_begun = false;
     }
 
-    /// The law that acts on the way to this row.
+    /// The law that acts on the segment to this row.
     fn friction_of(&self, row: usize) -> Friction {
         let slides = || {
             self.path.waypoints[..=row].windows(2).any(|w| w[0].x != w[1].x || w[0].y != w[1].y)
@@ -239,13 +239,13 @@ impl<'a, 'p> Run<'a, 'p> {
         }
     }
 
-    /// Whether the plane turns on the way to this row or before.
+    /// Whether the plane turns on the segment to this row or before.
     fn turns_until(&self, row: usize) -> bool {
         let turns = |row: usize| self.corner(row)[plane::SPIN..] != self.corner(0)[plane::SPIN..];
         (1..=row).any(turns)
     }
 
-    /// Solves with the progress told many times within; adds the cost.
+    /// Solves, with many progress reports within; adds the cost.
     fn solve<T>(
         &mut self,
         stats: &mut Stats,
@@ -301,7 +301,7 @@ impl<'a, 'p> Run<'a, 'p> {
         LoadPathError::Interrupted { reached: self.reached() }
     }
 
-    /// Whether the plane has come to what holds the finger.
+    /// Whether the plane has reached the finger's supports.
     fn meets_obstacle(&self) -> bool {
         let place = &self.run.state.contact.plane;
         let frame = self.solver.surface().frame(place);

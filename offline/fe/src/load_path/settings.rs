@@ -1,4 +1,4 @@
-//! What a run along a path is given, and why it may end early.
+//! Inputs of a run along a path, and the reasons for its early end.
 
 use std::ops::ControlFlow;
 
@@ -16,14 +16,13 @@ pub struct LoadSettings {
     /// Largest increment of depth without friction, mm.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_depth_step_mm: f64,
-    /// Largest increment of depth while friction acts, mm: the shear that a press leaves behind is of first order in it.
+    /// Largest increment of depth while friction acts, mm: the shear after a press has an error of first order in it.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_depth_step_with_friction_mm: f64,
     /// Largest increment of slide, mm.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub max_slide_step_mm: f64,
-    /// Largest increment of slide once all of the contact slips and nothing changes any more, mm. Left out of the settings'
-    /// hash where it is the default.
+    /// Largest increment of slide in steady full slip, mm. Left out of the settings' hash if it is the default.
     #[serde(deserialize_with = "fingerpad_formats::units::positive", skip_serializing_if = "is_default_steady_step")]
     pub max_steady_slide_step_mm: f64,
     /// Largest increment of a driven force, N.
@@ -65,7 +64,7 @@ pub struct Problem<'a> {
     pub rigid_body: RigidBody,
     /// The undeformed surface, from which depth counts; None for the nodes of the faces.
     pub outline: Option<Outline>,
-    /// The half of the body that stands for the whole on symmetric paths; None to follow all paths with the whole.
+    /// The half of the body that replaces the whole on symmetric paths; None to follow all paths with the whole.
     pub half: Option<&'a HalfFinger>,
     /// Friction law; None presses and slides without friction.
     pub friction: Option<RubberFriction>,
@@ -77,25 +76,24 @@ pub struct Problem<'a> {
     pub load_steps: LoadSettings,
     /// Angle between the finger's axis and the plane in the neutral pose, tip down, degrees.
     pub neutral_pitch_deg: f64,
-    /// Points of what holds the finger, mm: a pose in which the plane would meet one ends the run.
+    /// Points of the finger's supports, mm: a pose in which the plane would meet one ends the run.
     pub obstacles: &'a [Vector3<f64>],
     /// Nodes of the skin's outside that are not of the pad: a run in which the plane reaches one ends.
     pub beside_pad: &'a [u32],
-    /// Depth at which a plane reaches what holds the finger, mm; a run on a plane ends before. Infinite where there is no such
-    /// depth.
+    /// Depth at which a plane reaches the finger's supports, mm; a run on a plane ends before. Infinite if there is no
+    /// such depth.
     pub clearance_mm: f64,
-    /// What is observed at every increment; None for nothing.
+    /// Quantities observed at every increment; None for none.
     pub observed: Option<&'a Observed>,
 }
 
 impl<'a> Problem<'a> {
-    /// What a run along `path` computes.
+    /// Model of a run along `path`.
     pub(super) fn model(&self, path: &Path) -> Model<'a> {
         if path.is_symmetric() { self.symmetric_model() } else { self.whole_model() }
     }
 
-    /// What computes states that are symmetric about y = 0 as far as the path goes: the half, if there is one and the rigid body is
-    /// symmetric too.
+    /// Model for states that are symmetric about y = 0: the half, if there is one and the rigid body is symmetric too.
     pub fn symmetric_model(&self) -> Model<'a> {
         match self.half.filter(|_| self.rigid_body.is_symmetric()) {
             Some(half) => Model { body: &half.body, pad_faces: (&half.mesh.mesh).into(), half: Some(half) },
@@ -108,18 +106,18 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// How far a run has come, told after every increment and, with the effort so far, many times within.
+/// Progress of a run, reported after every increment and, with the effort so far, many times within.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
     /// Done share of the path, 0 to 1, by length.
     pub share: f64,
-    /// Cost so far, that of the increment under way included.
+    /// Cost so far, that of the present increment included.
     pub cost: Cost,
     /// Last response.
     pub response: Response,
 }
 
-/// Told how far a run has come; may end it.
+/// Receives the progress of a run; may end it.
 pub type OnProgress<'p> = &'p mut dyn FnMut(Progress) -> ControlFlow<()>;
 
 /// Why a run ended early.
@@ -150,7 +148,7 @@ pub enum LoadPathError {
         step_share: f64,
         /// The last failure.
         cause: SolveError,
-        /// What was reached.
+        /// The rows up to there.
         reached: Box<Trajectory>,
     },
     /// A driven friction force is more than friction holds.
@@ -163,13 +161,13 @@ pub enum LoadPathError {
         t_s: f64,
         /// Row of the path that was being approached (0 is the start).
         row: usize,
-        /// Friction force that the row asks for, N.
+        /// Friction force that the row prescribes, N.
         wanted_n: f64,
-        /// Largest force in its direction that the strengths of all contact points bear, N.
+        /// Largest force in its direction that the strengths of all contact points carry, N.
         holds_n: f64,
         /// Normal force, N.
         normal_force_n: f64,
-        /// What was reached.
+        /// The rows up to there.
         reached: Box<Trajectory>,
     },
     /// A driven moment about the plane's normal, alone or with a driven friction force, is more than friction holds.
@@ -183,18 +181,19 @@ pub enum LoadPathError {
         t_s: f64,
         /// Row of the path that was being approached (0 is the start).
         row: usize,
-        /// Moment that the row asks for, N mm.
+        /// Moment that the row prescribes, N mm.
         wanted_n_mm: f64,
         /// Friction force that the row drives with it, N.
         with_n: f64,
-        /// Largest moment at which the strengths of all contact points still bear it with its share of the force, N mm.
+        /// Largest moment that the strengths of all contact points carry together with the row's share of the force, N
+        /// mm.
         holds_n_mm: f64,
         /// Normal force, N.
         normal_force_n: f64,
-        /// What was reached.
+        /// The rows up to there.
         reached: Box<Trajectory>,
     },
-    /// The plane reached what holds the finger.
+    /// The plane reached the finger's supports.
     #[error(
         "row {row}: the plane meets the held section of the finger or its bone at a depth of {clearance_mm:.3} mm \
          (t = {t_s:.4} s, {normal_force_n:.3} N)"
@@ -208,7 +207,7 @@ pub enum LoadPathError {
         clearance_mm: f64,
         /// Normal force at the last equilibrium, N.
         normal_force_n: f64,
-        /// What was reached.
+        /// The rows up to there.
         reached: Box<Trajectory>,
     },
     /// The plane reached skin that is not of the pad.
@@ -223,18 +222,18 @@ pub enum LoadPathError {
         row: usize,
         /// Depth there, mm.
         depth_mm: f64,
-        /// How far the skin is behind the plane, mm.
+        /// Depth of the skin behind the plane, mm.
         below_mm: f64,
-        /// What was reached.
+        /// The rows up to there.
         reached: Box<Trajectory>,
     },
     /// The state of the run cannot be saved.
     #[error(transparent)]
     Checkpoint(#[from] fingerpad_formats::Error),
-    /// The caller asked to stop.
+    /// The caller requested the end.
     #[error("interrupted")]
     Interrupted {
-        /// What was reached.
+        /// The rows up to there.
         reached: Box<Trajectory>,
     },
 }
@@ -244,7 +243,7 @@ fn with_force(force_n: f64) -> String {
 }
 
 impl LoadPathError {
-    /// What was reached before the run ended; empty if nothing was.
+    /// The rows before the run ended; empty if there are none.
     pub fn take_reached(&mut self) -> Trajectory {
         match self {
             Self::NoEquilibrium { reached, .. }

@@ -16,7 +16,7 @@ const STUCK_SHARE: f64 = 1e-3;
 /// Arm at which the moment about the normal is held against the friction, mm.
 const MOMENT_ARM_MM: f64 = 4.0;
 
-/// Whether the whole contact slipped in both of two states in succession and bears what it bore.
+/// Whether the whole contact slipped in both of two successive states, with the same load.
 pub(super) fn slips_steadily(before: &State, after: &State) -> bool {
     let (a, b) = (&before.totals, &after.totals);
     let all_slips =
@@ -30,7 +30,7 @@ pub(super) fn slips_steadily(before: &State, after: &State) -> bool {
         && same(b.area - a.area, b.area)
 }
 
-/// Slide and spin of the plane on the way to `row`, mm and rad, if it does nothing else.
+/// Slide and spin of the plane on the segment to `row`, mm and rad, if it has no other motion.
 pub(super) fn slide(path: &Path, row: usize) -> Option<[f64; 3]> {
     let (a, b) = (path.coordinates(row - 1, 0.0), path.coordinates(row, 0.0));
     let drives = path.coordinate_drives();
@@ -41,8 +41,8 @@ pub(super) fn slide(path: &Path, row: usize) -> Option<[f64; 3]> {
     (is_driven && rests && way != [0.0; 3]).then_some(way)
 }
 
-/// Whether the way to `row` goes on as the way to the row before it: a slide in the same direction, at the same spin.
-pub(super) fn goes_on_straight(path: &Path, row: usize) -> bool {
+/// Whether the path to `row` continues that to the row before it: a slide in the same direction, at the same spin.
+pub(super) fn continues_straight(path: &Path, row: usize) -> bool {
     let direction = |row: usize| {
         let way = Vector3::from(slide(path, row)?);
         Some(way / way.norm())

@@ -1,9 +1,9 @@
-//! Adaptive load stepping: steps along a line, longer where equilibrium is found easily, cut where it is not found, past
-//! a limit point where cutting does not help.
+//! Adaptive load stepping along a line: longer steps after quick convergence, cut steps without equilibrium, and a
+//! passage of a limit point if cutting does not help.
 
 use crate::solve::SolveError;
 
-/// What step sizes follow from. Sizes are in the unit of the line's length.
+/// Rule of the step sizes, which are in the unit of the line's length.
 #[derive(Clone, Copy, Debug)]
 pub struct StepRule {
     /// A step that took no more equilibrium iterations than this is followed by a longer one.
@@ -12,7 +12,7 @@ pub struct StepRule {
     pub after_hard: f64,
     /// Factor on the size of a step that failed.
     pub cut: f64,
-    /// A size below which cutting is taken to have met a limit point.
+    /// A step size below which cutting is interpreted as a limit point.
     pub limit_point_below: f64,
     /// Size after a limit point.
     pub after_limit_point: f64,
@@ -28,12 +28,12 @@ pub trait LoadSteps {
     /// Why it may end.
     type Error;
 
-    /// Seeks equilibrium at `share` (0 to 1) of the line, `size` from where the system stands, and takes it.
+    /// Seeks equilibrium at `share` (0 to 1) of the line, `size` from the present state, and takes it.
     ///
     /// Returns the equilibrium iterations.
     ///
     /// # Errors
-    /// [`SolveError`]; the system then stands where it stood.
+    /// [`SolveError`]; the state is then unchanged.
     fn try_step(&mut self, share: f64, size: f64) -> Result<u32, SolveError>;
 
     /// Largest size of the next step.
@@ -41,14 +41,14 @@ pub trait LoadSteps {
         1.0
     }
 
-    /// Hears of a failed step; an error ends the run at once.
+    /// Called after a failed step; an error ends the run at once.
     ///
     /// # Errors
     /// Of the system.
     fn failed(&mut self, share: f64, error: &SolveError) -> Result<(), Self::Error>;
 
-    /// Whether cutting further is no use, whatever the size.
-    fn out_of_patience(&self) -> bool;
+    /// Whether smaller steps would not help.
+    fn exceeds_iteration_budget(&self) -> bool;
 
     /// Steps past a limit point to `share`; false, and nothing changed, if it cannot.
     ///
@@ -62,7 +62,7 @@ pub trait LoadSteps {
     /// Of the system, to end the run.
     fn give_up(&mut self, step: FailedStep) -> Result<(), Self::Error>;
 
-    /// Hears of a step that was taken: `standing` is where the line now stands.
+    /// Called after a step that was taken: `standing` is the new state of the line.
     ///
     /// # Errors
     /// Of the system, to end the run.
@@ -84,7 +84,7 @@ pub struct FailedStep {
     pub error: SolveError,
 }
 
-/// Where the stepping stands on its line.
+/// State of the stepping on its line.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Standing {
     /// Length done.
@@ -118,7 +118,7 @@ pub fn load_along<S: LoadSteps>(
             Err(error) => {
                 system.failed(share, &error)?;
                 standing.size = rule.cut * size;
-                let at_limit = standing.size < rule.limit_point_below || system.out_of_patience();
+                let at_limit = standing.size < rule.limit_point_below || system.exceeds_iteration_budget();
                 if at_limit && system.pass_limit_point(share)? {
                     standing = Standing { done, size: rule.after_limit_point };
                     system.accepted(standing)?;
@@ -137,12 +137,12 @@ pub fn load_along<S: LoadSteps>(
     Ok(standing.size)
 }
 
-/// The size, at most `wanted`, that divides what is left evenly, so that no last step is tiny.
+/// The size, at most `wanted`, that divides the remaining length evenly, so that no last step is tiny.
 fn even_size(left: f64, wanted: f64) -> f64 {
     if wanted >= left { left } else { left / (left / wanted - 1e-9).ceil() }
 }
 
-/// The size to want after a step of `size`, where `wanted` was wanted, took so many iterations.
+/// The preferred size after a step of `size`, with `wanted` preferred before, that took so many iterations.
 fn next_size(rule: &StepRule, iterations: u32, size: f64, wanted: f64) -> f64 {
     if iterations <= rule.easy_iterations {
         (AFTER_EASY * size).max(wanted)
@@ -180,7 +180,7 @@ mod tests {
         fn failed(&mut self, _: f64, _: &SolveError) -> Result<(), SolveError> {
             Ok(())
         }
-        fn out_of_patience(&self) -> bool {
+        fn exceeds_iteration_budget(&self) -> bool {
             false
         }
         fn pass_limit_point(&mut self, share: f64) -> Result<bool, SolveError> {
@@ -201,7 +201,7 @@ mod tests {
         StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
 
     #[test]
-    fn steps_are_cut_to_what_can_be_borne_and_evened_out() {
+    fn steps_are_cut_to_the_solvable_size_and_evened_out() {
         let mut line = Line { bearable: 0.3, gap: (2.0, 2.0), at: 0.0, sizes: Vec::new(), passages: 0 };
         load_along(&mut line, &RULE, 2.5, Standing { done: 0.0, size: 1.0 }).unwrap();
         assert_eq!(line.at, 1.0);

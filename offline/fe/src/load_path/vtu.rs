@@ -1,7 +1,7 @@
 //! Snapshots for ParaView.
 //!
 //! Each snapshot has two files, parts 0 and 1 of a collection: the body with all its elements, and the pad faces alone
-//! with what happens on them.
+//! with their contact fields.
 
 use std::path::{Path, PathBuf};
 
@@ -16,17 +16,18 @@ use crate::mesh::Mesh;
 /// Writes `FOLDER/NAME.pvd` with `NAME_0000.vtu`, `NAME_pad_0000.vtu` and so on beside it; returns the `.pvd`'s path.
 ///
 /// Body: point data `displacement_mm`; cell data, means over the element and 0 in rigid bones:
-/// * `region`: a number; the field data `region_skin` and so on say whose
+/// * `region`: a number; the field data `region_skin` and so on list the numbers
 /// * `cauchy_stress_mpa`: XX, YY, ZZ, XY, YZ, XZ (VTK's order) in the frame of the plane; tension positive
 /// * `von_mises_stress_mpa`, and `mean_pressure_mpa`, a third of minus the trace: compression positive
 /// * `green_lagrange_strain`: `(F^T F - I)/2`, XX, YY, ZZ, XY, YZ, XZ in the undeformed frame, shear of the tensor
 /// * `strain_energy_density_mpa`: per undeformed volume
 ///
-/// Pad: point data `displacement_mm`; cell data `pressure_mpa`, `traction_mpa`, `slip_mm` (x, y, 0),
-/// `stick_fraction`, `contact_fraction`. Points are undeformed: "warp by vector" shows the deformed body.
-/// The `.pvd` is written last, so it never names a file that is not there. Time is the response's `t_s`.
+/// Pad: point data `displacement_mm`; cell data `pressure_mpa`, `traction_mpa`, `slip_mm` (x, y, 0), `stick_fraction`,
+/// `contact_fraction`. Points are undeformed: "warp by vector" shows the deformed body. The `.pvd` is written last, so
+/// it never names a file that is not there. Time is the response's `t_s`.
 ///
-/// Errors: a snapshot whose lengths do not fit the mesh; disk errors carry the path.
+/// # Errors
+/// A snapshot whose lengths do not fit the mesh; disk errors carry the path.
 pub fn write_series(folder: &Path, name: &str, mesh: &Mesh, snapshots: &[Snapshot]) -> Result<PathBuf, Error> {
     let mut entries = Vec::new();
     for (i, snapshot) in snapshots.iter().enumerate() {
@@ -91,7 +92,7 @@ fn check(file: &Path, what: &str, found: usize, expected: usize) -> Result<(), E
     if found == expected {
         return Ok(());
     }
-    let problem = format!("the snapshot has {found} {what} where the mesh needs {expected}");
+    let problem = format!("the snapshot has {found} {what} but the mesh needs {expected}");
     Err(Error::Content { path: file.to_path_buf(), problem })
 }
 
@@ -145,13 +146,13 @@ mod tests {
         let mesh = hex_and_tet();
         let dir = tempfile::tempdir().unwrap();
         let good = snapshot(&mesh);
-        for (bad, said) in [
+        for (bad, message) in [
             (Snapshot { faces: Vec::new(), ..good.clone() }, "press_pad_0000.vtu: the snapshot has 0 face states"),
             (Snapshot { stresses: Vec::new(), ..good.clone() }, "press_0000.vtu: the snapshot has 0 stresses"),
             (Snapshot { displacement_mm: Vec::new(), ..good }, "press_0000.vtu: the snapshot has 0 displacements"),
         ] {
             let error = write_series(dir.path(), "press", &mesh, &[bad]).unwrap_err().to_string();
-            assert!(error.contains(said) && error.contains(" where the mesh needs "), "{error}");
+            assert!(error.contains(message) && error.contains(" but the mesh needs "), "{error}");
             assert!(!dir.path().join("press.pvd").exists());
         }
     }

@@ -1,4 +1,4 @@
-//! What the laws of nearly incompressible solids have in common.
+//! Common parts of the laws of nearly incompressible solids.
 
 use wide::f64x8;
 

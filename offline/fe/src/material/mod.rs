@@ -1,12 +1,10 @@
 //! Constitutive laws: deformation in, stress and moduli out, eight points at a time.
 //!
-//! Main types: [`Material`] (the law of a region, any of them), [`Hyperelastic`] (what the soft laws have in common),
-//! [`Moduli`].
-//! Every law answers in the current configuration: Kirchhoff stress `tau = J sigma` (MPa) and the moduli `c`
-//! that belong to it, so that the internal force of a node with spatial shape gradient `g` is `w tau g` and
-//! the tangent `w (g_a . c . g_b + (g_a . tau g_b) I)`, `w` the undeformed volume of the point.
-//! Symmetric tensors are stored as six components in the order xx, yy, zz, xy, yz, xz.
-//! May use: nothing of this crate.
+//! Main types: [`Material`] (the law of a region, any of them), [`Hyperelastic`] (common parts of the soft laws),
+//! [`Moduli`]. Every law works in the current configuration: it returns the Kirchhoff stress `tau = J sigma` (MPa) and
+//! the corresponding moduli `c`, so that the internal force of a node with spatial shape gradient `g` is `w tau g` and
+//! the tangent `w (g_a . c . g_b + (g_a . tau g_b) I)`, `w` the undeformed volume of the point. Symmetric tensors are
+//! stored as six components in the order xx, yy, zz, xy, yz, xz. May use: nothing of this crate.
 
 mod eigen;
 mod hyperelastic;
@@ -33,7 +31,7 @@ pub use yeoh::Yeoh;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Material {
-    /// Isochoric neo-Hooke with mean dilatation; also what Young's modulus and Poisson's ratio stand for.
+    /// Isochoric neo-Hooke with mean dilatation; also the law given by Young's modulus and Poisson's ratio.
     NeoHooke(NeoHooke),
     /// Isochoric Mooney-Rivlin with mean dilatation.
     MooneyRivlin(MooneyRivlin),

@@ -65,7 +65,7 @@ struct Keys {
 }
 
 impl Keys {
-    /// The law; what a one-term Ogden law leaves out is that of `default`.
+    /// The law; parameters absent from a one-term Ogden law are those of `default`.
     fn material(&self, default: Option<Ogden>) -> Result<Material, String> {
         self.refuse_keys_of_other_laws()?;
         match self.kind {
@@ -168,7 +168,7 @@ fn positive_shear(what: &str, shear_mpa: f64) -> Result<f64, String> {
     Err(format!("the shear modulus, {what}, is {shear_mpa} MPa; it must be a finite number greater than 0"))
 }
 
-/// Refuses a law that is not stable where tissue and rubber are used.
+/// Refuses a law that is not stable in the range of stretches of tissue and rubber.
 fn stable<L: Hyperelastic>(law: L) -> Result<L, String> {
     let [low, high] = STABLE_STRETCHES;
     match first_instability(&law) {
@@ -206,7 +206,7 @@ impl<'de> Deserialize<'de> for Material {
     }
 }
 
-/// The law of a soft region; what a one-term Ogden law leaves out is that of `default`.
+/// The law of a soft region; parameters absent from a one-term Ogden law are those of `default`.
 pub fn soft<'de, D: Deserializer<'de>>(from: D, default: Ogden) -> Result<Material, D::Error> {
     Keys::deserialize(from)?.material(Some(default)).map_err(D::Error::custom)
 }
@@ -221,7 +221,7 @@ struct SaintVenantKirchhoffKeys {
     poisson: Option<f64>,
 }
 
-/// A Saint Venant-Kirchhoff material; what the file leaves out is that of `default`.
+/// A Saint Venant-Kirchhoff material; parameters absent from the file are those of `default`.
 pub fn saint_venant_kirchhoff<'de, D: Deserializer<'de>>(
     from: D,
     default: SaintVenantKirchhoff,
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn wrong_keys_and_values_are_refused_by_name_value_and_bound() {
-        for (keys, said) in [
+        for (keys, message) in [
             ("mu_mpa = -1", &["line 2", "-1 is not a finite number greater than 0"][..]),
             ("alpha = 0", &["line 2", "0 is not a finite number other than 0"]),
             ("kind = 'hooke'", &["line 2", "hooke", "mooney_rivlin"]),
@@ -330,7 +330,7 @@ mod tests {
             ("terms = [{ mu_mpa = 1, alfa = 2 }]\nd_per_mpa = 1", &["line 2", "alfa"]),
         ] {
             let error = skin(keys).unwrap_err();
-            for part in said {
+            for part in message {
                 assert!(error.contains(part), "{keys}:\n{error}\nlacks {part}");
             }
         }

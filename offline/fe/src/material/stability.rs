@@ -1,4 +1,4 @@
-//! Where a law is stable in Drucker's sense.
+//! Stability of a law in Drucker's sense.
 
 use wide::f64x8;
 
@@ -13,9 +13,9 @@ const STEPS: i32 = 40;
 /// The mildest isochoric deformation, as principal stretches in falling order, at which the law loses Drucker's
 /// stability (Drucker 1959); None if it is stable wherever all stretches lie within [`STABLE_STRETCHES`].
 ///
-/// Stable is a law whose stress does positive work on every further isochoric strain, `d tau : d eps > 0`, with
-/// Kirchhoff stress and logarithmic strain: d tau_A/d eps_B = c_AABB + 2 tau_A (A = B) is positive definite on
-/// strains without trace. Examined on a grid of `ln l_1`, `ln l_2` in steps of 1/40 of the bound.
+/// A law is stable if its stress does positive work on every further isochoric strain, `d tau : d eps > 0`, with
+/// Kirchhoff stress and logarithmic strain: d tau_A/d eps_B = c_AABB + 2 tau_A (A = B) is positive definite on strains
+/// without trace. Examined on a grid of `ln l_1`, `ln l_2` in steps of 1/40 of the bound.
 pub fn first_instability(law: &impl Hyperelastic) -> Option<[f64; 3]> {
     let mut states = isochoric_states();
     states.sort_by(|a, b| distance(a).total_cmp(&distance(b)));

@@ -48,8 +48,8 @@ pub fn block(xs: &[f64], ys: &[f64], zs: &[f64]) -> Mesh {
     mesh
 }
 
-/// A block whose nodes are moved by `map`, e.g. to a paraboloid: z += (x² + y²)/(2 R) times what is left of
-/// the height. The map has to keep the elements right side out.
+/// A block whose nodes are moved by `map`, e.g. to a paraboloid: z += (x² + y²)/(2 R) times the relative distance from
+/// the top. The map has to keep the elements right side out.
 pub fn curved_block(xs: &[f64], ys: &[f64], zs: &[f64], map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Mesh {
     let mut mesh = block(xs, ys, zs);
     for node in &mut mesh.nodes {

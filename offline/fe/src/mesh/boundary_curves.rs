@@ -134,7 +134,7 @@ impl Meridian {
         self.table.length_at(t)
     }
 
-    /// Length up to where the cap's section has this scale, mm.
+    /// Length up to the section of the cap with this scale, mm.
     pub(super) fn length_to_scale(&self, scale: f64) -> f64 {
         self.length_to_x(self.body.x_at_scale(scale))
     }

@@ -1,4 +1,4 @@
-//! Refuses meshes that cannot be computed with, naming what is wrong.
+//! Refuses meshes that cannot be computed with; the error names the defect.
 
 use std::collections::HashMap;
 
@@ -210,7 +210,7 @@ fn ties(mesh: &Mesh, kinds: &[Kind]) -> Result<(), MeshError> {
         let closest: nalgebra::Vector3<f64> = tie.masters.iter().map(|&(n, w)| mesh.nodes[n as usize] * w).sum();
         let offset = (closest - mesh.nodes[tie.slave as usize]).norm();
         if !(offset < 1e-9) {
-            return refuse("the slave must lie where its masters' weights put it; offset in mm", offset);
+            return refuse("the slave must lie at the weighted mean of its masters; offset in mm", offset);
         }
     }
     Ok(())

@@ -41,7 +41,7 @@ fn closest_weights(point: &Vector3<f64>, corners: &[Vector3<f64>; 4]) -> [f64; 4
         let mut gradient = Vector2::new(along_u.dot(&gap), along_v.dot(&gap));
         let mut normal =
             Matrix2::new(along_u.norm_squared(), along_u.dot(&along_v), along_u.dot(&along_v), along_v.norm_squared());
-        // A coordinate that is at its bound and pushed outward stays there.
+        // A coordinate that is at its bound and pushed outward is kept there.
         for c in 0..2 {
             if (at[c] <= 0.0 && gradient[c] > 0.0) || (at[c] >= 1.0 && gradient[c] < 0.0) {
                 gradient[c] = 0.0;

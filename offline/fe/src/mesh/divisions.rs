@@ -1,4 +1,4 @@
-//! How many elements in which direction: presets, and any other number for convergence studies.
+//! Numbers of elements by direction: presets, and any other numbers for convergence studies.
 
 use serde::{Deserialize, Serialize};
 
@@ -104,11 +104,11 @@ pub struct Divisions {
     pub skin_layers: usize,
     /// Nail: boxes (of 6 tetrahedra) through the thickness; along and across it has the skin's faces.
     pub nail_layers: usize,
-    /// How often the elements of the pad are halved in each direction, 0 to 2. Elements twice as large surround
-    /// those halved twice.
+    /// Number of times that the elements of the pad are halved in each direction, 0 to 2. Elements twice as large
+    /// surround those halved twice.
     pub pad_refinement: usize,
-    /// Halved that often is what lies under faces of the skin whose middle is lower than this over the plane at first
-    /// touch, mm.
+    /// Elements under faces of the skin are halved this often if the middle of the face is lower than this over the
+    /// plane at first touch, mm.
     pub refined_height_mm: f64,
     /// Halved that often are this many layers from the outside, skin and subcutaneous tissue.
     pub refined_layers: usize,
@@ -142,7 +142,8 @@ impl Divisions {
         self.validate_refinement()
     }
 
-    /// Refuses a refined zone that cannot be made, or that would reach the bone: what hangs there must not follow it.
+    /// Refuses a refined zone that cannot be made, or that would reach the bone: hanging nodes must not follow the
+    /// bone.
     fn validate_refinement(&self) -> Result<(), MeshError> {
         let refuse = |field, value, rule: String| Err(MeshError::Refinement { field, value, rule });
         if self.pad_refinement > MOST_REFINEMENT {
@@ -190,7 +191,8 @@ impl Divisions {
         self.proximal_rings + self.joint_rings + self.distal_rings
     }
 
-    /// All numbers of elements multiplied by `factor` and rounded, for convergence studies; the refined zone stays.
+    /// All numbers of elements multiplied by `factor` and rounded, for convergence studies; the refined zone is
+    /// unchanged.
     pub fn scaled(&self, factor: f64) -> Self {
         let times = |n: usize| ((n as f64 * factor).round() as usize).max(1);
         Self {

@@ -1,4 +1,4 @@
-//! What can be wrong with a shape, with divisions or with a mesh.
+//! Errors of shapes, divisions and meshes.
 
 use thiserror::Error;
 
@@ -14,7 +14,7 @@ pub enum MeshError {
         field: &'static str,
         /// Its value, in that unit.
         value: f64,
-        /// What it has to satisfy.
+        /// The required condition.
         rule: String,
     },
     /// A shape file could not be read.
@@ -22,7 +22,7 @@ pub enum MeshError {
     ShapeFile {
         /// Name of the shape or of its file.
         name: String,
-        /// What the parser says, with line and column.
+        /// The parser's message, with line and column.
         message: String,
     },
     /// A number of divisions is out of its range.
@@ -42,7 +42,7 @@ pub enum MeshError {
         field: &'static str,
         /// Its value.
         value: f64,
-        /// What it has to satisfy.
+        /// The required condition.
         rule: String,
     },
     /// An element refers to a node that does not exist.
@@ -100,7 +100,7 @@ pub enum MeshError {
         kind: &'static str,
         /// Sorted nodes of the face.
         nodes: Vec<u32>,
-        /// How many elements have it.
+        /// Number of elements that have it.
         elements: usize,
     },
     /// The boundary is not a closed surface: an edge of it belongs to other than two faces.
@@ -110,7 +110,7 @@ pub enum MeshError {
         kind: &'static str,
         /// Nodes of the edge.
         nodes: [u32; 2],
-        /// How many boundary faces have it.
+        /// Number of boundary faces that have it.
         faces: usize,
     },
     /// The boundary is closed, but not one sphere: a void, a tunnel or a second piece.
@@ -144,7 +144,7 @@ pub enum MeshError {
         tie: usize,
         /// The constrained node.
         slave: u32,
-        /// What is wrong.
+        /// The reason.
         reason: &'static str,
         /// The number that shows it.
         value: f64,
@@ -154,7 +154,7 @@ pub enum MeshError {
     PadFace {
         /// Index of the face.
         face: usize,
-        /// What is wrong.
+        /// The reason.
         reason: &'static str,
     },
     /// A node set that is not sorted or has a node twice.

@@ -1,4 +1,4 @@
-//! Where the plane first touches the analytic surface, and the frame that hangs on it.
+//! The point of the analytic surface that the plane touches first, and the frame at that point.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -14,8 +14,8 @@ pub(super) struct SurfaceCell {
     pub(super) ring: usize,
 }
 
-/// The box of `rings` x `columns` x `rows` cells and `layers` layers of cells around its palmar, dorsal,
-/// lateral and tip faces; the proximal face stays open.
+/// The box of `rings` x `columns` x `rows` cells and `layers` layers of cells around its palmar, dorsal, lateral and
+/// tip faces; the proximal face is open.
 #[derive(Clone, Debug)]
 pub(super) struct CappedBox {
     rings: usize,

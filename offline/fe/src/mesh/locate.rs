@@ -1,10 +1,10 @@
-//! Where a point lies in a mesh: its element and its weights, and how far it is below the skin.
+//! Location of a point in a mesh: its element and its weights, and its depth below the skin.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Mesh, Region};
 
-/// How far outside an element a point may lie and still count as inside, share of the element.
+/// Largest distance outside an element at which a point counts as inside, share of the element.
 const TOLERANCE: f64 = 1e-6;
 /// Iterations of Newton's method for the place in a hexahedron; a few are enough unless the point is far outside.
 const MOST_ITERATIONS: usize = 20;

@@ -9,8 +9,8 @@ use super::grid::Point;
 use super::surface::Body;
 use super::{Divisions, FingertipShape};
 
-/// Choices that place the grid: a search over all shapes and presets for the worst scaled Jacobian, with the
-/// gradings and the edge of the tip held where the pad wants them.
+/// Choices that place the grid: a search over all shapes and presets for the worst scaled Jacobian, with the gradings
+/// and the edge of the tip held where the pad needs them.
 mod choice {
     /// Where the palmar edge runs on the outer section, as a fraction of its half outline.
     pub const OUTER_PALMAR_EDGE: f64 = 0.32;
@@ -22,7 +22,7 @@ mod choice {
     pub const OUTER_TIP: f64 = 0.52;
     /// The same on the bone.
     pub const BONE_TIP: f64 = 0.45;
-    /// How far the middle of the tip lies dorsally, per half thickness.
+    /// Dorsal offset of the middle of the tip, per half thickness.
     pub const OUTER_TIP_SHIFT: f64 = 0.47;
     /// The same on the bone.
     pub const BONE_TIP_SHIFT: f64 = 0.02;
@@ -58,7 +58,7 @@ struct Sheet {
     section: SectionArc,
     /// Palmar and dorsal edge, as fractions of the half outline.
     edges: [f64; 2],
-    /// How far the tip's middle lies dorsally, per half thickness.
+    /// Dorsal offset of the tip's middle, per half thickness.
     tip_shift: f64,
     /// Bulge of the tip's square.
     bulge: f64,
@@ -120,7 +120,7 @@ impl Sheet {
         [sigma * p, self.tip_shift * (1.0 - sigma) + sigma * q]
     }
 
-    /// How far the ring has become a square: 0 in the shaft, 1 at the tip's edge.
+    /// Interpolation of the ring between circle and square: 0 in the shaft, 1 at the tip's edge.
     fn squareness(&self, sigma: f64) -> f64 {
         ((1.0 - sigma) / (1.0 - self.sigma_tip)).min(1.0).powf(choice::MORPH)
     }

@@ -24,11 +24,12 @@ pub(super) struct Plate {
 }
 
 /// Makes the plate on those of the skin's `dorsal` faces whose middles lie under the nail, a column of boxes on each,
-/// symmetric about y = 0 where the faces are.
+/// symmetric about y = 0 if the faces are.
 ///
-/// Its inner nodes lie on the skin's and follow one each. So the skin is held under every face of the nail and
-/// nowhere else, from edge to edge to half a face (at the tip's edge at the latest): a plate with a grid of its own would hold the faces that it covers in part as wholes, an error of the
-/// order of their size.
+/// Each inner node of the plate is tied to the skin's node at the same place. The tie therefore constrains the skin
+/// under every face of the nail and no other, up to half a face at the edge (at the tip's edge at the latest). A plate
+/// with a grid of its own would constrain every face that it partly covers as a whole, an error of the order of their
+/// size.
 ///
 /// * `dorsal`: faces of a structured grid, counter-clockwise from outside, all in the same sense
 pub(super) fn plate(
@@ -87,7 +88,7 @@ fn mirrored(nodes: &[Vector3<f64>], faces: &[[u32; 4]]) -> [usize; 4] {
     if across(1) > across(3) { [1, 0, 3, 2] } else { [3, 2, 1, 0] }
 }
 
-/// Where the nail is.
+/// Place and size of the nail.
 struct Footprint {
     body: Body,
     along_mm: [f64; 2],

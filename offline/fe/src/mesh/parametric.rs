@@ -28,7 +28,8 @@ pub struct Fingertip {
 
 /// Makes and checks the mesh of a fingertip. The same input gives the same mesh, to the last bit.
 ///
-/// Errors: a shape or divisions out of range; a shape so extreme that an element is inverted.
+/// # Errors
+/// A shape or divisions out of range; a shape so extreme that an element is inverted.
 pub fn fingertip(shape: &FingertipShape, divisions: &Divisions) -> Result<Fingertip, MeshError> {
     shape.validate()?;
     divisions.validate()?;

@@ -22,7 +22,7 @@ const CORNERS: [[f64; 3]; 8] = [
 pub(super) const HEX_EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
-/// What one region is made of.
+/// Elements and nodes of one region.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RegionQuality {
     /// Number of hexahedra.
@@ -51,9 +51,9 @@ pub struct QualityReport {
     pub worst_hex_scaled_jacobian: f64,
     /// Index of that hexahedron.
     pub worst_hex: Option<usize>,
-    /// Least scaled Jacobian of the tetrahedra: sqrt(2) 6 V over the greatest product of three edges at a
-    /// corner; 1 is regular. Of 10-node ones it is that of the corners times the least share that one of their twelve
-    /// parts has of what it has with straight edges. 1 if there are none.
+    /// Least scaled Jacobian of the tetrahedra: sqrt(2) 6 V over the greatest product of three edges at a corner; 1 is
+    /// regular. For 10-node ones, that of the corners times the least ratio of the volume of one of their twelve parts
+    /// to its volume with straight edges. 1 if there are none.
     pub worst_tet_scaled_jacobian: f64,
     /// Shortest edge, mm.
     pub min_edge_mm: f64,

@@ -1,6 +1,7 @@
-//! The capped box with the elements of the pad halved: which are, what nodes that adds, and which of them hang.
+//! The capped box with the elements of the pad halved: the refined elements, the added nodes, and the hanging nodes
+//! among them.
 //!
-//! A face between elements of two sizes has nodes that the larger element does not know. They hang: each follows the
+//! A face between elements of two sizes has nodes that the larger element does not have. They hang: each follows the
 //! middle of the edge or face of the larger element that it lies on, so that displacements are continuous. Elements
 //! that meet in a node differ by one halving at most; so no node hangs on one that hangs itself.
 
@@ -62,7 +63,7 @@ impl Refinement {
     }
 }
 
-/// How often the element of each surface cell and level is halved.
+/// Number of halvings of the element of each surface cell and level.
 fn halvings(cells: &[SurfaceCell], grid: &CappedBox, divisions: &Divisions, wanted: &[bool]) -> Vec<Vec<usize>> {
     let levels = grid.outer_level();
     let mut halvings = vec![vec![0; levels]; cells.len()];
@@ -254,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn the_zone_is_as_high_and_as_deep_as_asked() {
+    fn the_zone_has_the_requested_height_and_depth() {
         let (_, plain) = coarse(0);
         for halved in [1, 2] {
             let (_, Fingertip { mesh, .. }) = coarse(halved);
@@ -293,7 +294,7 @@ mod tests {
                     report.volume_mm3() - report.regions[&Region::Nail].volume_mm3
                 })
                 .collect();
-            // The facets of the pad come nearer to the convex surface.
+            // The refined facets of the pad are nearer to the convex surface.
             let missing = volumes.iter().map(|v| shape.volume_mm3() - v).collect::<Vec<_>>();
             assert!(missing.is_sorted_by(|a, b| a > b) && missing[2] > 0.0, "{name}: {missing:?}");
         }

@@ -1,4 +1,4 @@
-//! Parameters of the fingertip's shape: what a geometry file holds.
+//! Parameters of the fingertip's shape, the contents of a geometry file.
 
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +60,7 @@ pub struct FingertipShape {
     pub bone_section_exponent: f64,
     /// m_b: exponent of the bone's profile, >= 2.
     pub bone_profile_exponent: f64,
-    /// zb: how far the bone's axis lies above the outer shaft's.
+    /// zb: dorsal offset of the bone's axis from the outer shaft's.
     pub bone_dorsal_offset_mm: f64,
     /// From the bone's tip to the outer tip, along x.
     pub bone_distal_clearance_mm: f64,
@@ -119,10 +119,10 @@ impl Default for FingertipShape {
 }
 
 impl FingertipShape {
-    /// Names of the shapes that come with the program.
+    /// Names of the built-in shapes.
     pub const NAMES: [&str; 5] = ["a", "b", "d", "e", "base"];
 
-    /// One of the shapes that come with the program, by name.
+    /// One of the built-in shapes, by name.
     pub fn named(name: &str) -> Result<Self, MeshError> {
         let text = match name {
             "a" => include_str!("../../data/geometry/a.toml"),

@@ -144,7 +144,7 @@ impl Body {
         for _ in 0..3 {
             closest -= self.distance(&closest) * self.normal(&closest);
         }
-        // Take out what the steps slid along the surface.
+        // Removes the sliding of the steps along the surface.
         let normal = self.normal(&closest);
         let slid = (point - closest) - (point - closest).dot(&normal) * normal;
         closest += slid;

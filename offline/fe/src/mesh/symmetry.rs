@@ -9,7 +9,7 @@ use super::{Mesh, Region};
 /// Distance below which two nodes are mirror images, and a node lies on the plane of symmetry, mm.
 const SAME_MM: f64 = 1e-6;
 
-/// The half y >= 0 of a symmetric mesh, and where its other half finds its mirror image.
+/// The half y >= 0 of a symmetric mesh, with the mirror images of the other half.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfMesh {
     /// Elements, pad faces and ties of the half, on all nodes and node sets of the whole mesh; nodes with y < 0 belong to
@@ -78,7 +78,7 @@ impl HalfMesh {
     }
 }
 
-/// What stands on either side of the plane of symmetry.
+/// Nodes on either side of the plane of symmetry.
 struct Sides<'a> {
     mesh: &'a Mesh,
     mirror: &'a [u32],
@@ -88,7 +88,7 @@ struct Sides<'a> {
 struct Halved {
     /// Those of the half.
     kept: Vec<usize>,
-    /// Place among the kept of each one, or of what it mirrors.
+    /// Place of each node, or of its mirror image, among the kept ones.
     place: Vec<u32>,
     is_mirrored: Vec<bool>,
 }
@@ -144,7 +144,8 @@ fn sorted(nodes: impl Iterator<Item = u32>) -> Vec<u32> {
     nodes
 }
 
-/// The mirror image of every node; None if one has none. Nodes at one place (tied ones) are told apart by their order.
+/// The mirror image of every node; None if one has none. Nodes at one place (tied ones) are distinguished by their
+/// order.
 fn mirror_nodes(nodes: &[Vector3<f64>]) -> Option<Vec<u32>> {
     let mut by_x: Vec<u32> = (0..nodes.len() as u32).collect();
     by_x.sort_by(|&a, &b| nodes[a as usize].x.total_cmp(&nodes[b as usize].x));

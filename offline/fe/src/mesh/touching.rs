@@ -4,14 +4,14 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{FACE_TRIANGLES, Fingertip, Mesh, set};
 
-/// Outer faces that may touch the plane in one of several poses: the union over the poses of the faces that look at
-/// the plane and have a node lower than `reach_mm` over the lowest node of that pose. Indices into `outer_faces`,
+/// Outer faces that may touch the plane in one of several poses: the union over the poses of the faces that look at the
+/// plane and have a node lower than `reach_mm` over the lowest node of that pose. Indices into `outer_faces`,
 /// ascending.
 ///
 /// * `outer_faces`: faces of the skin's outside, counter-clockwise seen from outside: four corners of a hexahedron, or
 ///   three of a 10-node tetrahedron and the nodes between them
 /// * `rotations`: turns of the finger from the frame of the mesh about the point under first touch (its origin)
-/// * `reach_mm`: how far the plane moves beyond first touch of each pose, and some more
+/// * `reach_mm`: travel of the plane beyond first touch of each pose, with a margin
 pub fn touching_faces(mesh: &Mesh, outer_faces: &[&[u32]], rotations: &[Matrix3<f64>], reach_mm: f64) -> Vec<usize> {
     let views: Vec<_> = rotations
         .iter()
@@ -26,8 +26,8 @@ pub fn touching_faces(mesh: &Mesh, outer_faces: &[&[u32]], rotations: &[Matrix3<
     near_faces(mesh, outer_faces, &views, reach_mm)
 }
 
-/// Outer faces that look at a rigid body and have a node nearer to it than `reach_mm` in one of several `views` of it: what gives
-/// the gap of a place and the body's normal there. Indices into `outer_faces`, ascending.
+/// Outer faces that look at a rigid body and have a node nearer to it than `reach_mm` in one of several views of it.
+/// Each of the `views` gives the gap of a place and the body's normal there. Indices into `outer_faces`, ascending.
 fn near_faces(
     mesh: &Mesh,
     outer_faces: &[&[u32]],
@@ -65,8 +65,8 @@ impl Fingertip {
         self.with_pad(&faces)
     }
 
-    /// The fingertip with the faces as its pad that come nearer than `reach_mm` to a rigid body in one of several views: what
-    /// gives the gap of a place and the body's normal there.
+    /// The fingertip with a pad of those faces that are nearer than `reach_mm` to a rigid body in one of several views.
+    /// Each view gives the gap of a place and the body's normal there.
     #[must_use]
     pub fn with_pad_near(self, views: &[impl Fn(&Vector3<f64>) -> (f64, Vector3<f64>)], reach_mm: f64) -> Self {
         let faces = near_faces(&self.mesh, &self.outer(), views, reach_mm);

@@ -7,14 +7,14 @@ use crate::assembly::Body;
 
 /// Linear compliance of a body about its undeformed shape.
 ///
-/// A surrogate of the pad is made of it: one factorisation in place of many runs.
+/// It gives a surrogate of the pad: one factorisation in place of many runs.
 #[derive(Clone, Debug)]
 pub struct RestCompliance {
     /// Mesh nodes that may touch and are free, in the order of the rows.
     pub nodes: Vec<u32>,
-    /// Symmetric matrix: displacements (mm) of these nodes along x, y and z over the forces (N) on them and, in the last six rows
-    /// and columns where [`Self::bone_is_free`], translation (mm) and rotation vector (rad) of the free bone about its reference
-    /// point over the force (N) and moment (N mm) on it.
+    /// Symmetric matrix: displacements (mm) of these nodes along x, y and z over the forces (N) on them and, in the
+    /// last six rows and columns if [`Self::bone_is_free`], translation (mm) and rotation vector (rad) of the free bone
+    /// about its reference point over the force (N) and moment (N mm) on it.
     pub matrix: DMatrix<f64>,
     /// Whether a rigid bone moves; without one there are no rows for it.
     pub bone_is_free: bool,
@@ -60,7 +60,7 @@ impl RestCompliance {
                 matrix[(contact + row, contact + k)] = moved[of_bone + row];
             }
         }
-        // What is held does not move, whatever stands for it in the factor.
+        // Held dofs do not move, whatever the factor has in their place.
         for &dof in &dofs.held {
             let row = if dof >= first {
                 Some(dof - first)

@@ -1,8 +1,8 @@
 //! The contact subproblem of one equilibrium iteration: the bulk is linear, the contact is not.
 //!
-//! With `G` the compliance of the contact dofs and `y` where they would go without contact forces, find the
-//! displacement `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven coordinate of the plane is
-//! an unknown more, and the balance of its force or moment an equation. Newton's method with the exact non-symmetric
+//! With `G` the compliance of the contact dofs and `y` their displacement without contact forces, find the displacement
+//! `x` with `h(x) = x − y + G f(x) = 0`, `f` the contact residual; a force-driven coordinate of the plane is a further
+//! unknown, and the balance of its force or moment a further equation. Newton's method with the exact non-symmetric
 //! tangent on the dofs of nodes in contact, backtracking on |h|.
 
 use nalgebra::Vector3;
@@ -13,15 +13,15 @@ use super::increment::{SolveError, WRENCH_OF};
 use super::linear::Factor;
 use crate::contact::{ContactState, Evaluation, Friction, NodeTangent, Parts, Plane, Surface, Tangential, Twist};
 
-/// What the solution of a Newton step may leave of its right-hand side: a share of the subproblem's tolerance, or of the
-/// right-hand side if that is more.
+/// Allowed residual of the solution of a Newton step: a share of the subproblem's tolerance, or of the right-hand side
+/// if that is more.
 const STEP_ERROR: f64 = 0.3;
 const LEAST_STEP_ERROR: f64 = 1e-4;
 
-/// Growth of |h| from which on a search has lost its way.
+/// Growth of |h| above which a search has diverged.
 const LOST: f64 = 1e6;
 
-/// What stays the same during the iterations.
+/// Constants during the iterations.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSubproblem<'a> {
     pub surface: &'a Surface,
@@ -57,12 +57,12 @@ pub(super) struct Solution {
     pub norm: f64,
 }
 
-/// What is done with a step after which the residual is larger.
+/// Treatment of a step after which the residual is larger.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Steps {
     /// It is shortened, as long as that helps.
     Shortened,
-    /// It is taken.
+    /// It is accepted.
     Whole,
 }
 
@@ -79,7 +79,7 @@ struct Trial {
 }
 
 impl Trial {
-    /// Nodes that bear a force.
+    /// Nodes that carry a force.
     fn touching(&self) -> impl Iterator<Item = usize> {
         let residual = self.evaluation.residual.iter().enumerate();
         residual.filter(|(_, force)| **force != Vector3::zeros()).map(|(node, _)| node)
@@ -144,7 +144,8 @@ impl ContactSubproblem<'_> {
 
     /// Solves from the guess `x`, `plane`; with `predict_stick` the first linearisation lets no stuck point slip.
     ///
-    /// `kept` is what earlier steps of the increment were solved with; `go_on` is asked before every iteration.
+    /// `kept` is the factor that solved earlier steps of the increment; `go_on` is called before every iteration and
+    /// may end the search.
     pub fn solve(
         &self,
         x: Vec<f64>,
@@ -160,7 +161,7 @@ impl ContactSubproblem<'_> {
         let mut try_other = |x: Vec<f64>, plane: Plane, tangential, steps, found: &mut Solution| {
             let other = self.search(x, plane, tangential, steps, kept, go_on)?;
             iterations += other.iterations;
-            // The answer of forces that are held is another.
+            // With constant tangential forces the solution is a different one.
             if tangential != Tangential::Held && other.norm < found.norm {
                 *found = other;
                 return Ok(None);
@@ -168,11 +169,13 @@ impl ContactSubproblem<'_> {
             Ok::<_, SolveError>(Some(other))
         };
         if !solved(&found) {
-            // The residual grows wherever a node comes to touch, even on the way to the solution: whole steps may find it.
+            // The residual grows wherever a node starts to touch, even on the path to the solution: whole steps may
+            // find it.
             try_other(x.clone(), plane, predicted, Steps::Whole, &mut found)?;
         }
         if !solved(&found) && !matches!(self.friction, Friction::Off) {
-            // Where friction is strong the two kinds of forces may lead each other astray: the normal ones first.
+            // With strong friction, normal and tangential iterations may mislead each other: the normal forces are
+            // solved first.
             let normal = try_other(x, plane, Tangential::Held, Steps::Whole, &mut found)?;
             if let Some(Solution { x, plane, .. }) = normal.filter(solved) {
                 try_other(x.clone(), plane, Tangential::Law, Steps::Shortened, &mut found)?;
@@ -227,7 +230,7 @@ impl ContactSubproblem<'_> {
         Ok(Solution { x, plane, force, iterations, norm })
     }
 
-    /// What turns an imbalance of driven forces into a displacement norm: the pad's compliance under an even load.
+    /// Factor from an imbalance of driven forces to a displacement norm: the pad's compliance under an even load.
     fn force_scale(&self) -> f64 {
         let n = self.y.len();
         if n == 0 || self.force_target.iter().all(Option::is_none) {
@@ -242,8 +245,8 @@ impl ContactSubproblem<'_> {
         sum / (nodes * nodes) * nodes.sqrt()
     }
 
-    /// Newton step of all contact dofs and of the plane; None if the system is singular, or the search went so far astray that
-    /// nodes touch of which the compliance is not known.
+    /// Newton step of all contact dofs and of the plane. None if the system is singular, or if the search diverged so
+    /// far that nodes touch whose compliance is missing.
     fn newton_step(&self, at: &Trial, force_scale: f64, kept: &mut KeptFactor) -> Option<(Vec<f64>, [f64; 6])> {
         let driven: Vec<Driven> =
             (0..6).filter(|&k| self.force_target[k].is_some()).map(|k| self.driven(at, k)).collect();
@@ -262,8 +265,8 @@ impl ContactSubproblem<'_> {
         Some(self.whole_step(at, &system, &driven, &step))
     }
 
-    /// The dofs of nodes in contact and those with a shift, and the place of each contact dof among them (usize::MAX if it
-    /// is none).
+    /// The dofs of nodes in contact and those with a shift, and the place of each contact dof among them (usize::MAX
+    /// without one).
     fn active(&self, at: &Trial) -> (Vec<usize>, Vec<usize>) {
         let n = self.y.len();
         let mut index = vec![usize::MAX; n];
@@ -316,7 +319,7 @@ impl ContactSubproblem<'_> {
         let foot = frame.foot();
         let component = WRENCH_OF[coordinate];
         let axis = frame.axis(component % 3);
-        // The axes that wrenches are told along turn with pitch and roll only, and the foot does not slide along.
+        // The axes of the wrenches turn with pitch and roll only, and the foot does not slide along.
         let tilts = driven.coordinate >= crate::contact::plane::PITCH;
         let turn = if tilts { driven.twist.turn } else { Vector3::zeros() };
         let foot_motion =
@@ -371,13 +374,13 @@ impl ContactSubproblem<'_> {
         let mut dx = at.h.clone();
         self.factor.add_compliance_times(&d_force, &mut dx);
         dx.iter_mut().for_each(|dx| *dx = -*dx);
-        // What the solution leaves of the active dofs' equations is not multiplied by the contact's stiffness again.
+        // The residual of the active dofs' equations is not multiplied by the contact's stiffness again.
         system.active.iter().zip(moved).for_each(|(&j, &moved)| dx[j] = moved);
         (dx, d_plane)
     }
 }
 
-/// A force-driven coordinate of the plane and what the contact does as it changes.
+/// A force-driven coordinate of the plane and the change of the contact forces with it.
 struct Driven {
     coordinate: usize,
     twist: Twist,

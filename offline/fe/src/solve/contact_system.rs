@@ -1,8 +1,8 @@
-//! The linear system of a contact subproblem's Newton step, and how it is solved.
+//! The linear system of a contact subproblem's Newton step, and its solution.
 //!
-//! The matrix `1 + G K` (G compliance, K contact tangent) is dense in the active dofs, and its factor costs as much as tens
-//! of its products. Few nodes come to slip, stick, touch or open from one step to the next, so that one factor, in single
-//! precision, preconditions the steps of a whole increment.
+//! The matrix `1 + G K` (G compliance, K contact tangent) is dense in the active dofs, and its factor costs as much as
+//! tens of its products. Few nodes start to slip, stick, touch or open from one step to the next, so that one factor,
+//! in single precision, preconditions the steps of a whole increment.
 
 use nalgebra::{RealField, convert};
 
@@ -14,7 +14,7 @@ const KEPT_ITERATIONS: usize = 30;
 /// Iterations with a kept factor above which the next step gets a new one.
 const GOOD_ITERATIONS: usize = 15;
 
-/// Iterations that a new factor may take: what it leaves, the subproblem's next step takes off.
+/// Iterations with a new factor; the subproblem's next step corrects the remaining error.
 const NEW_ITERATIONS: usize = 15;
 
 /// Share of the active dofs that may be missing from a kept factor.
@@ -159,10 +159,10 @@ struct Kept {
 }
 
 impl KeptFactor {
-    /// What leaves no more than `tolerance` of the right-hand side, or as little as can be had.
+    /// Solves until the residual is at most `tolerance` of the right-hand side, or as small as possible.
     ///
-    /// Where a force decides where the plane is, the matrix is nearly singular before a limit point, and what is left of
-    /// the right-hand side says little of the error: then it is solved directly, in double precision.
+    /// If a force determines the position of the plane, the matrix is nearly singular before a limit point, and the
+    /// residual is a poor measure of the error: then the system is solved directly, in double precision.
     pub fn solve(&mut self, system: &ContactSystem, contact: usize, rhs: &[f64], tolerance: f64) -> Vec<f64> {
         if !system.driven.is_empty() {
             return solve_dense(&system.matrix(), rhs);
@@ -200,7 +200,7 @@ impl Kept {
         gmres(apply, |x| self.precondition(system, x), rhs, tolerance, most)
     }
 
-    /// Dofs that the factor does not know are left as they are.
+    /// Dofs that the factor does not contain are not changed.
     fn precondition(&mut self, system: &ContactSystem, x: &mut [f64]) {
         let na = system.active.len();
         self.work.clear();

@@ -1,7 +1,7 @@
-//! The search for one equilibrium: Newton's method with a bulk factor that is kept while it serves.
+//! The search for one equilibrium: Newton's method with a bulk factor that is kept while it is accurate enough.
 //!
-//! Each iteration solves the contact subproblem exactly on the factor's compliance, moves the body, and judges by the
-//! residual how well the factor still serves.
+//! Each iteration solves the contact subproblem exactly on the factor's compliance, moves the body, and judges the
+//! factor by the residual.
 
 mod convergence;
 mod residual;
@@ -21,28 +21,28 @@ use crate::assembly::Configuration;
 use crate::contact::plane::{DEPTH, PITCH, ROLL};
 use crate::contact::{ContactState, Parts, Plane};
 
-/// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the contact problem may
-/// leave. Its error is a length; the penalty makes a force of it.
+/// Share of the residual's tolerance (or of a thousandth of the residual, if that is more) that the error of the
+/// contact problem may have. Its error is a length; the penalty converts it to a force.
 const CONTACT_ERROR: f64 = 0.1;
 
-/// Residual over contact force below which the nodes' parts of the contact area follow the nodes within an iteration: farther
-/// from equilibrium they are taken anew before each.
+/// Residual over contact force below which the nodes' parts of the contact area follow the nodes within an iteration.
+/// Farther from equilibrium they are computed before each iteration and constant within it.
 const FOLLOWED_RESIDUAL: f64 = 0.1;
 
 /// Iterations after which the parts are held in a search in which they do not follow.
 const AREA_ITERATIONS: u32 = 5;
 
-/// Iterations of a contact subproblem after which the nodes' parts of the contact area follow the nodes no more: one on
-/// the verge of opening could go on for ever.
+/// Iterations of a contact subproblem after which the nodes' parts of the contact area no longer follow the nodes: with
+/// a node on the verge of opening the iterations might not end.
 const FOLLOWED_ITERATIONS: usize = 15;
 
 /// Share of the contact area by which the parts that were held may be off at equilibrium.
 const AREA_ERROR: f64 = 0.02;
 
-/// How often parts that are off at equilibrium are taken anew before an increment is given up.
+/// How often parts that are off at equilibrium are recomputed before an increment is abandoned.
 const AREA_RENEWALS: u32 = 4;
 
-/// What one search for equilibrium is given.
+/// Inputs of one search for equilibrium.
 pub(super) struct Increment<'a> {
     /// The contact at the start of the increment.
     last: &'a ContactState,
@@ -70,13 +70,13 @@ impl<'a> Increment<'a> {
     }
 }
 
-/// Where the search stands.
+/// State of the search.
 struct Iterate {
     at: Configuration,
     plane: Plane,
     /// Internal forces at `at`, N.
     internal: Vec<f64>,
-    /// Parts of the contact area where they are held, mm²; None where they follow the positions.
+    /// Held parts of the contact area, mm²; None if they follow the positions.
     held_areas: Option<Vec<f64>>,
 }
 
@@ -93,9 +93,9 @@ struct Correction {
 }
 
 impl Solver<'_> {
-    /// The equilibrium of `increment`, sought from `guess`: with parts of the contact area that follow the nodes and, where
-    /// none is found so, with parts that are held. A search that went astray with a factor of an earlier increment is begun
-    /// again with a new one.
+    /// The equilibrium of `increment`, sought from `guess`. The parts of the contact area follow the nodes; if this
+    /// finds none, they are constant within an iteration. A search that failed with a factor of an earlier increment is
+    /// repeated with a new one.
     pub(super) fn equilibrium(
         &mut self,
         increment: &Increment,
@@ -129,7 +129,7 @@ impl Solver<'_> {
         let mut iterate =
             Iterate { at: configuration, plane: increment.plane(&plane), internal: Vec::new(), held_areas: None };
         self.internal_forces(&iterate.at, increment.damping, &mut iterate.internal)?;
-        // A guess does not know yet what touches.
+        // A guess does not contain the touching nodes yet.
         iterate.held_areas = Some(self.areas_at_guess(&iterate, increment.last));
         let mut convergence = Convergence { holds_areas: !follows, ..Convergence::new() };
         let mut renewals = 0;
@@ -206,12 +206,12 @@ impl Solver<'_> {
     ) -> Result<Correction, SolveError> {
         self.complete_compliance(&iterate.at, increment.last, &iterate.plane);
         let first = self.body.dofs.first_contact_dof;
-        // Only what is out of balance goes through the factor, whose precision then limits no result.
+        // Only the imbalance goes through the factor, whose precision then limits no result.
         let mut work = residual.total;
         self.factor.forward(&mut work);
         let mut y = work[first..].to_vec();
         self.factor.contact_backward(&mut y);
-        // What does not come near the plane stays where it is as far as the contact subproblem goes.
+        // Nodes far from the plane do not move in the contact subproblem.
         let (far, near) = y.split_at_mut(self.factor.compliant_from());
         far.fill(0.0);
         near.iter_mut().for_each(|v| *v = -*v);
@@ -264,8 +264,9 @@ impl Solver<'_> {
         Ok(Correction { step: work, plane })
     }
 
-    /// Solves the contact subproblem, with parts of the area that follow the positions unless they are held or no solution is
-    /// found so, which has them held from here on. Also returns the iterations in all and whether a solution was found.
+    /// Solves the contact subproblem, with parts of the area that follow the positions unless they are held. If no
+    /// solution is found so, the parts are held from then on. Also returns the total number of iterations and whether a
+    /// solution was found.
     fn contact_solution(
         &self,
         subproblem: ContactSubproblem,
@@ -294,7 +295,7 @@ impl Solver<'_> {
         Ok((solution, iterations, solved))
     }
 
-    /// What the contact subproblem may leave, mm.
+    /// Allowed error of the contact subproblem, mm.
     fn contact_tolerance(&self, norm: f64, reference: f64, convergence: &Convergence) -> f64 {
         let &Convergence { displacement_scale, contact_tolerance, .. } = convergence;
         (0.02 * self.settings.tolerance * displacement_scale)
@@ -350,7 +351,8 @@ impl Solver<'_> {
         self.surface.areas(last, &self.surface_positions(&iterate.at), &iterate.plane)
     }
 
-    /// The same at a guess, which need not follow the plane: with the nodes in contact brought to where they stood over it.
+    /// The same at a guess, which need not follow the plane: with the nodes in contact moved to their previous places
+    /// relative to it.
     fn areas_at_guess(&self, iterate: &Iterate, last: &ContactState) -> Vec<f64> {
         let mut positions = self.surface_positions(&iterate.at);
         let frame = self.surface.frame(&iterate.plane);
@@ -363,8 +365,9 @@ impl Solver<'_> {
         self.surface.areas(last, &positions, &iterate.plane)
     }
 
-    /// Guess of the contact dofs: nodes in contact follow the rigid body, along it only where they stick and the guess of the
-    /// configuration does not follow it already. On a curved body a guess that goes on straight would leave it, or go far into it.
+    /// Guess of the contact dofs: nodes in contact follow the rigid body, along it only where they stick and where the
+    /// guess of the configuration does not follow it already. On a curved body an extrapolation straight on would leave
+    /// it, or penetrate far into it.
     ///
     /// Returns whether anything was in contact.
     fn predict(
@@ -412,7 +415,7 @@ fn are_off(held: &[f64], now: &[f64]) -> bool {
     difference > AREA_ERROR * now.iter().sum::<f64>()
 }
 
-/// Asks `watch` whether to go on.
+/// Calls `watch`, which may end the search.
 pub(super) fn go_on(
     watch: &mut dyn FnMut(&Stats) -> std::ops::ControlFlow<()>,
     stats: &Stats,

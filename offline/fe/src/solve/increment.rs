@@ -1,4 +1,4 @@
-//! What an increment is asked, what it answers, why it fails.
+//! Input, result and errors of an increment.
 
 use std::ops::ControlFlow;
 
@@ -16,16 +16,16 @@ pub struct SolverSettings {
     /// Forces below this count as zero, N.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub force_floor_n: f64,
-    /// Equilibrium iterations before an increment is given up.
+    /// Equilibrium iterations before an increment is abandoned.
     pub max_iterations: usize,
     /// Contact iterations per equilibrium iteration.
     pub max_contact_iterations: usize,
-    /// Contact problems one after the other that end without a solution before an increment is given up; set by
-    /// callers that have another way, not in a configuration.
+    /// Consecutive contact problems without a solution before an increment is abandoned; set by callers that have an
+    /// alternative, not in a configuration.
     #[serde(skip)]
     pub max_unsolved_contacts: usize,
-    /// Equilibrium iterations one after the other that bring the residual no nearer to zero than it was before an increment is
-    /// given up; likewise set by callers that have another way.
+    /// Consecutive equilibrium iterations without progress of the residual after which an increment is abandoned;
+    /// smaller in callers that have an alternative.
     #[serde(skip)]
     pub max_idle_iterations: u32,
     /// The bulk factor is renewed when more iterations than this are to be expected with the old one.
@@ -85,7 +85,7 @@ impl Target {
 /// Component of the plane's wrench (forces along x, y and z, moments about them) that a coordinate is driven by.
 pub(super) const WRENCH_OF: [usize; 6] = [0, 1, 2, 5, 4, 3];
 
-/// What happened in an increment.
+/// Statistics of an increment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stats {
     /// Equilibrium iterations.
@@ -100,7 +100,7 @@ pub struct Stats {
     pub residual: f64,
 }
 
-/// Told the effort so far, many times within an increment; may stop the search.
+/// Receives the effort so far, many times within an increment; may stop the search.
 pub type Watch<'w> = &'w mut dyn FnMut(&Stats) -> ControlFlow<()>;
 
 /// A [`Watch`] that never stops a search.
@@ -120,11 +120,13 @@ pub enum SolveError {
         iterations: u32,
         /// Residual over contact force.
         residual: f64,
-        /// What was asked for.
+        /// The requested tolerance.
         tolerance: f64,
     },
     /// An equilibrium was found, but beyond a limit point.
-    #[error("the equilibrium found lies beyond a limit point: {lost_mj:.3e} mJ of the plane's work are nowhere")]
+    #[error(
+        "the equilibrium found lies beyond a limit point: {lost_mj:.3e} mJ of the plane's work are unaccounted for"
+    )]
     LimitPoint {
         /// Work that neither the finger nor friction has.
         lost_mj: f64,
@@ -140,15 +142,15 @@ pub enum SolveError {
     Interrupted,
 }
 
-/// Viscous forces that hold the body back in one increment: `coefficient * stiffness diagonal * motion`.
+/// Viscous forces against the motion of the body in one increment: `coefficient * stiffness diagonal * motion`.
 ///
-/// A stand-in for the inertia and viscosity that a quasi-static model lacks where the structure snaps from one
-/// equilibrium to another.
+/// They replace the inertia and viscosity that a quasi-static model lacks when the structure snaps from one equilibrium
+/// to another.
 #[derive(Clone, Copy, Debug)]
 pub struct Damping<'a> {
     /// Share of the undeformed stiffness' diagonal, > 0.
     pub coefficient: f64,
-    /// Where the motion is counted from.
+    /// Origin of the motion.
     pub from: &'a Configuration,
 }
 
@@ -165,7 +167,7 @@ pub struct Guess {
 }
 
 impl Guess {
-    /// From where `state` stands.
+    /// State before the increment.
     pub fn at(state: &State) -> Self {
         Self { configuration: state.configuration.clone(), plane: state.contact.plane, follows_plane: false }
     }

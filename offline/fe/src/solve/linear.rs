@@ -36,25 +36,25 @@ const SINGLE_RESIDUAL: f64 = 1e-2;
 
 /// Cholesky factor of the bulk stiffness with its contact compliance.
 ///
-/// Held in single precision: half the memory, little more than half the time, and equilibrium is judged by forces
-/// that are computed in double. Where single precision does not solve a load on the contact dofs well enough, the
-/// factor turns to double for good; the solver asks for the same where a new factor brings it no nearer to equilibrium.
+/// Held in single precision: half the memory, little more than half the time, and equilibrium is judged by forces that
+/// are computed in double. If single precision does not solve a load on the contact dofs well enough, the factor
+/// changes to double permanently. The solver requests the same if a new factor does not reduce the residual.
 pub struct Factor {
     symbolic: SymbolicCholesky<usize>,
     numeric: Numbers,
     contact: usize,
-    /// Contact dof from which on there is a compliance.
+    /// First contact dof with a compliance.
     compliant_from: usize,
 }
 
 /// In which precision a factor is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Precision {
-    /// Single; it remains to be seen whether it solves a load well enough.
+    /// Single; whether it solves a load well enough is not tested yet.
     SingleUnproven,
     /// Single, which has solved a load well enough.
     Single,
-    /// Double, for good.
+    /// Double, permanently.
     Double,
 }
 
@@ -71,7 +71,7 @@ impl Factor {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         };
-        // Without a permutation the analysis reads the upper triangle, whatever side it is told.
+        // Without a permutation the analysis reads the upper triangle, for either value of its argument.
         let upper = pattern.transposed();
         let symbolic = factorize_symbolic_cholesky(symbolic(&upper), Side::Upper, SymmetricOrdering::Identity, params)
             .expect("enough memory for the symbolic factor");
@@ -83,17 +83,17 @@ impl Factor {
         }
     }
 
-    /// Contact dof from which on there is a compliance.
+    /// First contact dof with a compliance.
     pub fn compliant_from(&self) -> usize {
         self.compliant_from
     }
 
-    /// Factors to come get a compliance of the contact dofs from `first` on.
+    /// Future factors get a compliance of the contact dofs from `first` on.
     pub fn set_compliant_from(&mut self, first: usize) {
         self.compliant_from = first;
     }
 
-    /// Gives this factor, and those to come, a compliance of the contact dofs from `first` on.
+    /// Gives this factor, and future ones, a compliance of the contact dofs from `first` on.
     pub fn make_compliance_from(&mut self, first: usize) {
         self.compliant_from = first;
         match &mut self.numeric {
@@ -121,7 +121,7 @@ impl Factor {
         }
     }
 
-    /// Takes up the precision that [`Self::precision`] told of another factor of this matrix.
+    /// Sets the precision that [`Self::precision`] returned for another factor of this matrix.
     pub fn set_precision(&mut self, precision: Precision) {
         match (precision, &mut self.numeric) {
             (Precision::Double, _) => self.use_double_precision(),

@@ -12,9 +12,9 @@ mod equilibrium;
 mod increment;
 pub mod linear;
 mod near;
-mod newton;
+mod solver;
 mod stiffness;
 
 pub use compliance::RestCompliance;
 pub use increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch, unwatched};
-pub use newton::{FactorRecord, PadFaces, Solver};
+pub use solver::{FactorRecord, PadFaces, Solver};

@@ -1,4 +1,4 @@
-//! Which contact dofs may come to touch before a search for equilibrium looks again: the compliance of these is enough.
+//! Contact dofs that may touch before the search for equilibrium selects them again: only their compliance is needed.
 
 use super::Solver;
 use crate::assembly::Configuration;
@@ -7,7 +7,7 @@ use crate::contact::{ContactState, Plane};
 /// Gap to the rigid body up to which nodes must have a compliance, mm.
 const NEAR_MM: f64 = 0.1;
 
-/// The same for a factor that is made, which serves several increments.
+/// The same for a factor that is made, and used for several increments.
 const NEAR_AHEAD_MM: f64 = 0.4;
 
 impl Solver<'_> {
@@ -33,7 +33,7 @@ impl Solver<'_> {
         self.factor.set_compliant_from(first);
     }
 
-    /// Sees to it that what may touch has a compliance.
+    /// Completes the compliance of all dofs that may touch.
     pub(super) fn complete_compliance(&mut self, at: &Configuration, last: &ContactState, plane: &Plane) {
         if self.near_from(at, last, plane, NEAR_MM) < self.factor.compliant_from() {
             let first = self.near_from(at, last, plane, NEAR_AHEAD_MM);

@@ -5,7 +5,7 @@ use super::{
     Solver,
     equilibrium::go_on,
     increment::{Damping, SolveError, Stats, Watch},
-    newton::FactorOrigin,
+    solver::FactorOrigin,
 };
 use crate::assembly::Configuration;
 use crate::contact::{ContactState, Parts, Plane, Tangential};
@@ -26,9 +26,9 @@ impl Solver<'_> {
 
     /// Factorises the tangent at `at`.
     ///
-    /// Where the bulk alone is not stable (what holds it is the contact) the factor gets a spring on every
-    /// touching contact dof, which the contact problem takes off again; where even that is indefinite, the
-    /// stiffness is mixed with the undeformed body's.
+    /// If the bulk alone is not stable (only the contact supports it), the factor gets a spring on every touching
+    /// contact dof, which the contact problem subtracts again. If even that is indefinite, the stiffness is mixed with
+    /// the undeformed body's.
     pub(super) fn refresh(
         &mut self,
         at: &Configuration,
@@ -63,7 +63,7 @@ impl Solver<'_> {
         Ok(result?)
     }
 
-    /// Factorises with ever stiffer springs on the touching contact dofs.
+    /// Factorises with increasingly stiff springs on the touching contact dofs.
     fn factorise_with_springs(
         &mut self,
         at: &Configuration,
@@ -77,7 +77,7 @@ impl Solver<'_> {
         let positions = self.surface_positions(at);
         let evaluation =
             self.surface.evaluate(&self.friction, last, Parts::Followed, &positions, plane, Tangential::Law, false);
-        // Where the plane gives way, nothing touches at a guess that does not follow it.
+        // If the plane yields, nothing touches at a guess that does not follow it.
         let touching: Vec<usize> = evaluation
             .residual
             .iter()
@@ -106,7 +106,7 @@ impl Solver<'_> {
         Ok(result)
     }
 
-    /// Factorises with ever larger shares of the undeformed body's stiffness.
+    /// Factorises with increasing shares of the undeformed body's stiffness.
     fn factorise_mixed(
         &mut self,
         stats: &mut Stats,

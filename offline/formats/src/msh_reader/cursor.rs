@@ -1,4 +1,4 @@
-//! Numbers of a `.msh` file, written as text or as bytes, with the place of what is wrong.
+//! Numbers of a `.msh` file, written as text or as bytes; errors name the place.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ impl<'a> Cursor<'a> {
             Coding::Binary => (self.section_start, format!("{} at byte {}", self.section, self.place)),
         };
         let breaks = self.bytes[..end.min(self.bytes.len())].iter().filter(|b| **b == b'\n').count();
-        // A cursor behind a line break still speaks of the line before it.
+        // A cursor behind a line break still reports the line before it.
         let after_break = end > 0 && self.bytes.get(end - 1) == Some(&b'\n');
         Error::Field {
             path: self.path.to_path_buf(),
@@ -82,7 +82,7 @@ impl<'a> Cursor<'a> {
     /// Reads the end of the section.
     ///
     /// # Errors
-    /// Something else stands there.
+    /// Other text in its place.
     pub fn end(&mut self) -> Result<(), Error> {
         let expected = format!("$End{}", &self.section[1..]);
         match self.line() {
@@ -92,13 +92,13 @@ impl<'a> Cursor<'a> {
             }
             Some(line) => {
                 let shown: String = line.chars().take(40).collect();
-                Err(self.fail(shown, format!("stands where {expected} should")))
+                Err(self.fail(shown, format!("is in place of {expected}")))
             }
             None => Err(self.ends()),
         }
     }
 
-    /// Skips what is left of the section.
+    /// Skips the rest of the section.
     ///
     /// # Errors
     /// The file ends before.
@@ -143,7 +143,7 @@ impl<'a> Cursor<'a> {
     /// An `int`.
     ///
     /// # Errors
-    /// It is missing or none.
+    /// It is missing or not a number.
     pub fn int(&mut self) -> Result<i64, Error> {
         match self.coding {
             Coding::Text => self.word(),
@@ -154,7 +154,7 @@ impl<'a> Cursor<'a> {
     /// A `size_t`.
     ///
     /// # Errors
-    /// It is missing or none.
+    /// It is missing or not a number.
     pub fn size(&mut self) -> Result<u64, Error> {
         match self.coding {
             Coding::Text => self.word(),
@@ -165,7 +165,7 @@ impl<'a> Cursor<'a> {
     /// A `double`.
     ///
     /// # Errors
-    /// It is missing or none.
+    /// It is missing or not a number.
     pub fn double(&mut self) -> Result<f64, Error> {
         match self.coding {
             Coding::Text => self.word(),

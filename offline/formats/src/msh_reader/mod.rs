@@ -58,7 +58,7 @@ struct Reader<'a> {
 struct Shape {
     dimension: usize,
     nodes: usize,
-    /// What a solid becomes.
+    /// Element kind that a solid becomes.
     solid: Option<RawKind>,
     /// Corners of a face.
     corners: usize,
@@ -87,7 +87,7 @@ impl Reader<'_> {
         let mut seen = Vec::new();
         while let Some(line) = self.at.line() {
             if !line.starts_with('$') {
-                return Err(self.at.fail(line.chars().take(40).collect::<String>(), "stands outside of a section"));
+                return Err(self.at.fail(line.chars().take(40).collect::<String>(), "is outside of a section"));
             }
             let coding = if line == "$PhysicalNames" { Coding::Text } else { self.coding };
             self.at.begin(line.clone(), Coding::Text);
@@ -101,7 +101,7 @@ impl Reader<'_> {
                     self.at.coding = coding;
                     self.physical_groups_of_entities()?;
                 }
-                // Version 2.2 counts in text even where the rest is binary.
+                // Version 2.2 writes counts as text even in binary files.
                 ("$Nodes", Version::V22) => self.nodes_22()?,
                 ("$Elements", Version::V22) => self.elements_22()?,
                 ("$Nodes", Version::V41) => {
@@ -286,7 +286,7 @@ impl Reader<'_> {
         let mut found = 0;
         while found < announced {
             self.at.record()?;
-            // A binary block says once what every line of a text says for itself.
+            // A binary block has one label for all its elements; in text every line has its own.
             let mut label = if self.coding == Coding::Text { self.at.int()? } else { 0 };
             let kind = self.at.int()?;
             let count = if self.coding == Coding::Text { 1 } else { self.at.int()? };

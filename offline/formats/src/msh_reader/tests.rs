@@ -21,7 +21,7 @@ fn a_tetrahedron_with_groups() {
     assert_eq!(mesh.surfaces["the pad"], [[1, 3, 2]]);
 }
 
-/// The mesh of second order that Gmsh wrote in each of its four ways.
+/// The mesh of second order in each of Gmsh's four formats.
 fn written_by_gmsh(name: &str) -> RawMesh {
     read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/meshes").join(name)).unwrap()
 }
@@ -88,9 +88,9 @@ fn errors_name_line_section_and_value() {
         (TET[..cut].to_owned() + "$EndNodes\n", "`$Elements` is missing"),
         (TET.replace("$Nodes\n1 4", "$Nodes\n1 5"), "`5` nodes are announced, 4"),
         (TET.replace("$Elements\n2 2", "$Elements\n2 3"), "`3` elements are announced, 2"),
-        ("solid\n".into(), "stands outside of a section"),
+        ("solid\n".into(), "is outside of a section"),
     ] {
         let error = parse(text).unwrap_err();
-        assert!(error.contains(expected), "{error}\nshould say: {expected}");
+        assert!(error.contains(expected), "{error}\nshould contain: {expected}");
     }
 }

@@ -1,4 +1,4 @@
-//! Bars of residuals and of evidence, and what a driver asks for.
+//! Bars of residuals and of evidence, and residuals over a driver.
 
 use plotters_backend::{BackendColor, DrawingBackend};
 
@@ -11,7 +11,7 @@ use fingerpad_diagnose::{CrossValidationError, Diagnosis, DriverPlot, FeConfirma
 
 /// Residual over a driver with the law through it.
 pub struct Driver<'a> {
-    /// What to show.
+    /// The plotted driver and its residuals.
     pub plot: &'a DriverPlot,
     /// Unit of its column.
     pub unit: &'a str,
@@ -29,7 +29,7 @@ impl Figure for Driver<'_> {
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let points = &self.plot.points;
         let (first, last) = (points.first().map_or(0.0, |p| p[0]), points.last().map_or(1.0, |p| p[0]));
-        // Single rows scatter far beyond what the eye needs; the axis covers all but the outermost in a hundred.
+        // Single rows scatter widely; the axis covers all but the outermost in a hundred.
         let mut sizes: Vec<f64> = points.iter().map(|p| p[1]).collect();
         sizes.sort_by(f64::total_cmp);
         let cut =
@@ -54,8 +54,7 @@ impl Figure for Driver<'_> {
         for p in points.iter().filter(|p| inside(p)) {
             canvas.marker(Marker::Circle, panel.at(p[0], 100.0 * p[1]), if dense { 1.6 } else { 3.2 }, INK, !dense)?;
         }
-        // The law is drawn where it is wanted: at the points, joined if they are few, as dots where rows differ in
-        // more than the driver.
+        // The law is drawn at the points, joined if they are few, as dots if rows differ in more than the driver.
         for p in points {
             canvas.marker(
                 Marker::Square,
@@ -65,7 +64,7 @@ impl Figure for Driver<'_> {
                 true,
             )?;
         }
-        let told: [&[&str]; 2] = if self.narrow {
+        let labels: [&[&str]; 2] = if self.narrow {
             [&["measured less the model without the effect"], &["the fitted law there"]]
         } else {
             [&["measured less the model", "without the effect"], &["the fitted law there"]]
@@ -73,7 +72,7 @@ impl Figure for Driver<'_> {
         let places = if self.narrow { [(24.0, 16.0), (24.0, 38.0)] } else { [(722.0, 60.0), (722.0, 98.0)] };
         canvas.marker(Marker::Circle, places[0], 3.2, INK, !dense)?;
         canvas.marker(Marker::Square, places[1], 3.0, SERIES[1], true)?;
-        for ((x, y), lines) in places.into_iter().zip(told) {
+        for ((x, y), lines) in places.into_iter().zip(labels) {
             for (k, line) in lines.iter().enumerate() {
                 canvas.text(line, (x + 12.0, y + 15.0 * k as f64), Text::BODY)?;
             }
@@ -84,7 +83,7 @@ impl Figure for Driver<'_> {
 
 /// Evidence for all laws.
 pub struct Bars<'a> {
-    /// What to show.
+    /// The plotted diagnosis.
     pub report: &'a Diagnosis,
     /// Whether it is for a narrow page.
     pub narrow: bool,
@@ -148,8 +147,8 @@ pub struct GapBars<'a> {
 }
 
 impl<'a> GapBars<'a> {
-    /// Held-out runs under the three models; without a claimed effect there are two. The finite elements with the effect
-    /// stand beside them where they were run, on their own strokes.
+    /// Held-out runs under the three models; without a claimed effect there are two. Bars of the finite elements with
+    /// the effect are beside them if there are any, for their own strokes.
     pub fn held_out(gap: &CrossValidationError, claimed: bool, fe: Option<&FeConfirmation>) -> Self {
         let mut series =
             vec![("as calibrated", gap.rms_calibrated_n, mix(WHITE, GREY, 0.5)), ("refitted", gap.rms_before_n, GREY)];

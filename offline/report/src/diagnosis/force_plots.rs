@@ -9,7 +9,7 @@ use fingerpad_diagnose::{ForceTrace, Plot};
 
 /// Forces of the worst runs, measured and by the three models.
 pub struct Traces<'a> {
-    /// What to show.
+    /// The plotted runs.
     pub traces: &'a [ForceTrace],
     /// Whether an effect is claimed; without one there are two models.
     pub claimed: bool,
@@ -79,7 +79,7 @@ impl Figure for Traces<'_> {
 
 /// Points and curves.
 pub struct Scatter<'a> {
-    /// What to show.
+    /// The plotted quantity.
     pub plot: &'a Plot,
     /// Whether it is for a narrow page: the legend above the panel.
     pub narrow: bool,

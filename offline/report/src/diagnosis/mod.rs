@@ -1,7 +1,7 @@
 //! A diagnosis becomes a page, its numbers and its figures.
 //!
 //! Main functions: [`render`], [`summary`] (the lines that the command prints), [`plan_csv`] (the next experiment).
-//! Computes nothing but sums of what it is given. May use: diagnose.
+//! Computes only sums of its inputs. May use: diagnose.
 
 mod figures;
 mod force_plots;
@@ -13,7 +13,7 @@ use super::{Rendered, ReportError, canvas, canvas::Figure, html::Picture};
 use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
 pub use words::{cautions, summary, word};
 
-/// A figure as a PNG file and as it stands in the page: once for wide windows, once for narrow ones.
+/// A figure as a PNG file and as an image in the page: once for wide windows, once for narrow ones.
 fn drawn<F: Figure>(figure: impl Fn(bool) -> F) -> Result<(Vec<u8>, String), ReportError> {
     let (wide, narrow) = (figure(false), figure(true));
     let in_page = format!(
@@ -26,7 +26,8 @@ fn drawn<F: Figure>(figure: impl Fn(bool) -> F) -> Result<(Vec<u8>, String), Rep
 
 /// Makes page, numbers and figures.
 ///
-/// Errors: [`ReportError`] if a figure cannot be drawn.
+/// # Errors
+/// [`ReportError`] if a figure cannot be drawn.
 pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, ReportError> {
     let mut pictures = Vec::new();
     let mut files = Vec::new();
@@ -59,7 +60,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         let unit = words::unit(&plot.column, &evidence.own);
         let figure = |narrow| figures::Driver { plot, unit, narrow };
         let name = format!("driver_{}", i + 1);
-        let title = format!("What {} asks for, and the law through it", words::column(&plot.column));
+        let title = format!("Residual against {}, with the fitted law", words::column(&plot.column));
         add(&name, title, words::driver_caption(plot), drawn(figure)?);
     }
     let figure = |narrow| figures::Bars { report, narrow };
@@ -84,7 +85,8 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
 
 /// Page, numbers and figure of a diagnosis of forces alone or of a table.
 ///
-/// Errors: [`ReportError`] if the figure cannot be drawn.
+/// # Errors
+/// [`ReportError`] if the figure cannot be drawn.
 pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportError> {
     let json = serde_json::to_string_pretty(&reduced.report)? + "\n";
     let mut files = Vec::new();
@@ -143,7 +145,7 @@ mod tests {
     use super::canvas::Canvas;
     use super::*;
 
-    /// A backend that looks only how far texts and areas reach.
+    /// A backend that measures only the extent of texts and areas.
     struct Reach {
         size: (u32, u32),
         x: [f64; 2],

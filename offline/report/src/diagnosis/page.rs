@@ -1,4 +1,4 @@
-//! The page of a diagnosis: the verdict first, then its evidence, then what to measure next.
+//! The page of a diagnosis: the verdict first, then its evidence, then the next experiment.
 
 use std::fmt::Write as _;
 
@@ -26,7 +26,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
     );
     let (first, rest) = pictures.split_at(pictures.len().min(1));
     let cautions = words::cautions(report);
-    // One red line, and only where the answer may rest on a mistake in the files.
+    // One red line, and only if the result may be due to a mistake in the files.
     let red = cautions.first().filter(|(kind, _)| *kind == "warning");
     if let Some((_, caution)) = red {
         let _ = writeln!(out, "<p class=\"warning\">{}</p>", prose(caution));
@@ -48,15 +48,15 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
     out += "</section>\n";
     out += &next(report);
     out += &tables(report);
-    out += "<footer>\n<h2>What this rests on</h2>\n<ol>\n\
+    out += "<footer>\n<h2>Basis of this result</h2>\n<ol>\n\
             <li>The run, not the row, is the statistical unit: gain, offset and touch point of a run are random effects, \
             their variances are estimated together with the model.</li>\n\
             <li>The baseline was calibrated on runs without an effect; its covariance and a stated drift are carried \
             along. A change of scale alone is never called an effect.</li>\n\
-            <li>Effects act inside the model (strength, stiffness, depth, reading); a law is claimed only where the \
-            protocol can tell it from the others.</li>\n\
-            <li>Held-out runs were opened after the verdict stood.</li>\n</ol>\n\
-            <p>Every number of this page stands in <code>report.json</code>, every figure beside it as a PNG file.</p>\n\
+            <li>Effects act inside the model (strength, stiffness, depth, reading); a law is claimed only if the \
+            protocol distinguishes it from the others.</li>\n\
+            <li>Held-out runs were read after the verdict.</li>\n</ol>\n\
+            <p><code>report.json</code> holds every number of this page; every figure is beside it as a PNG file.</p>\n\
             </footer>\n</main>\n</body>\n</html>\n";
     out
 }
@@ -132,7 +132,7 @@ fn effects(report: &Diagnosis) -> String {
     out
 }
 
-/// The p of the sign flips, where there are runs to be flipped.
+/// The p of the sign flips, if there are runs to be flipped.
 fn sign_flips(report: &Diagnosis, p_runs: f64) -> String {
     if report.holdout.method.starts_with("none") {
         return String::new();
@@ -194,7 +194,7 @@ fn next(report: &Diagnosis) -> String {
     }
     out += "</tbody>\n</table>\n";
     if !plan.prices.is_empty() {
-        out += "<table>\n<caption>What else would separate them, and its price.</caption>\n<thead><tr>\
+        out += "<table>\n<caption>Other experiments that would separate them, and their cost.</caption>\n<thead><tr>\
                 <th class=\"name\">varied</th><th>separation λ</th><th>minutes</th></tr></thead>\n<tbody>\n";
         for p in &plan.prices {
             let _ = writeln!(
@@ -211,7 +211,7 @@ fn next(report: &Diagnosis) -> String {
 }
 
 fn tables(report: &Diagnosis) -> String {
-    let mut out = "<section class=\"tables\">\n<h2>Regions that stand out before any effect</h2>\n<table>\n<thead><tr><th class=\"name\">column</th>\
+    let mut out = "<section class=\"tables\">\n<h2>Regions with large residuals before any effect</h2>\n<table>\n<thead><tr><th class=\"name\">column</th>\
                    <th>from</th><th>to</th><th class=\"name\">unit</th><th class=\"name\">channel</th><th>mean, %</th><th>z over runs</th><th>runs</th><th class=\"name\">calibrated there</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for r in &report.disagreement.regions {
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trace_without_runs_is_told_no_sign_flips() {
+    fn a_trace_without_runs_mentions_no_sign_flips() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/human_texture_exploration/July3_1_force_data_1.csv");
         let trace = trace_csv::read(
             Path::new(path),

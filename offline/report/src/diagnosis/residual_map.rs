@@ -40,7 +40,7 @@ impl ResidualMap<'_> {
 
 const ROW: f64 = 34.0;
 const CELL: f64 = 46.0;
-/// Height of a channel's title and of what is below its rows, px.
+/// Height of a channel's title and of the space below its rows, px.
 const AROUND: f64 = 52.0;
 /// Where the rows of the narrow form begin, px.
 const NARROW_LEFT: f64 = 98.0;

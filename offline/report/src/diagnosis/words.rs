@@ -39,10 +39,10 @@ fn without_unit(name: &str) -> &str {
     UNITS.iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
 }
 
-/// Misfit of the calibration from which on its noise is not reached, over the noise between neighbouring rows.
+/// Misfit of the calibration above which its noise is not reached, over the noise between neighbouring rows.
 const MISFIT: f64 = 1.5;
 
-/// A sentence where the baseline does not fit the calibration runs to their noise.
+/// A sentence if the baseline does not fit the calibration runs to their noise.
 fn calibration_note(misfit: [f64; 3]) -> String {
     let worst = misfit.into_iter().fold(0.0, f64::max);
     if worst < MISFIT {
@@ -56,9 +56,9 @@ fn calibration_note(misfit: [f64; 3]) -> String {
 }
 
 fn size(effect: &EffectFound) -> String {
-    // Of a law with several amplitudes the first is told whose interval leaves out zero.
-    let told = effect.parameters.iter().find(|p| p.ci95[0] > 0.0 || p.ci95[1] < 0.0);
-    let p = told.unwrap_or(&effect.parameters[0]);
+    // Of a law with several amplitudes, the first whose interval excludes zero is printed.
+    let listed = effect.parameters.iter().find(|p| p.ci95[0] > 0.0 || p.ci95[1] < 0.0);
+    let p = listed.unwrap_or(&effect.parameters[0]);
     let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
     format!(
         "{} {}{unit} (95 %: {} to {}), {} % of the force at its 90th percentile",
@@ -70,7 +70,7 @@ fn size(effect: &EffectFound) -> String {
     )
 }
 
-/// What a law of a user's file does to the model, with its formula.
+/// The change of the model by a law of a user's file, with its formula.
 pub fn formula(own: &OwnFormula) -> String {
     let OwnFormula { acts_on, formula } = own;
     match acts_on.as_str() {
@@ -106,7 +106,7 @@ pub fn axis(name: &str, unit: &str) -> String {
     format!("{}{comma}{unit}", plain.replace('_', " "))
 }
 
-/// A file that went in, with its size where it has runs.
+/// An input file, with its size if it has runs.
 pub fn input(file: &InputFile) -> String {
     if file.runs == 0 {
         return format!("{} {}", file.role, file.file);
@@ -137,12 +137,12 @@ fn instrument_note(report: &Diagnosis) -> String {
     report.instrument.iter().map(sentence).collect()
 }
 
-/// The title of the page: the answer with the gap on held-out runs.
+/// The title of the page: the result with the gap on held-out runs.
 pub fn title(report: &Diagnosis) -> String {
     let gap = &report.holdout;
     let closed = format!("gap {} to {} noise floors", fixed(gap.ratio_before, 1), fixed(gap.ratio_after, 1));
     match report.verdict {
-        Verdict::None if look_exchanged(report) => "No answer: the files look exchanged".into(),
+        Verdict::None if look_exchanged(report) => "No result: the files look exchanged".into(),
         Verdict::None => format!("Nothing is missing: gap {} noise floors", fixed(gap.ratio_before, 1)),
         Verdict::Named => {
             let share = |e: &EffectFound| {
@@ -153,13 +153,13 @@ pub fn title(report: &Diagnosis) -> String {
         }
         Verdict::Ambiguous => {
             let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
-            format!("Missing: {}; these runs cannot tell", list.join(" and "))
+            format!("Missing: {}; these runs cannot distinguish them", list.join(" and "))
         }
         Verdict::UnexplainedStructure => "Something that no known law explains".into(),
     }
 }
 
-/// A sentence where what carries the verdict lies outside the calibration.
+/// A sentence if evidence for the verdict lies outside the calibration.
 fn outside_note(report: &Diagnosis) -> String {
     let laws: Vec<String> = report.effects.iter().filter(|e| e.outside_calibration).map(|e| plain(&e.law)).collect();
     if report.unexplained.outside_calibration {
@@ -193,7 +193,7 @@ fn answer(report: &Diagnosis) -> String {
     };
     match report.verdict {
         Verdict::None if look_exchanged(report) => {
-            "These files give no answer: the measured runs vary none of the conditions that the calibration runs vary."
+            "These files are inconclusive: the measured runs vary none of the conditions that the calibration runs vary."
                 .into()
         }
         Verdict::None => format!(
@@ -243,7 +243,7 @@ fn answer(report: &Diagnosis) -> String {
     }
 }
 
-/// The verdict as it stands in the report.
+/// Name of the verdict in the report.
 pub fn word(report: &Diagnosis) -> &'static str {
     match report.verdict {
         Verdict::None => "none",
@@ -260,12 +260,12 @@ pub fn summary(report: &Diagnosis) -> String {
     format!("{first}verdict: {}\n{}{fe}", word(report), verdict(report))
 }
 
-/// What the finite elements say, in one or two sentences.
+/// The finding of the finite elements, in one or two sentences.
 pub fn confirmation(fe: &FeConfirmation) -> String {
     let worst = |a: [f64; 3]| (0..3).map(|k| a[k] / fe.floor_rms_n[k].max(1e-12)).fold(0.0, f64::max);
     let (before, after) = (worst(fe.rms_before_n), worst(fe.rms_after_n));
-    let says = if after < before {
-        if after <= 1.5 { "confirm it" } else { "come closer with it, and stay above the floor" }
+    let finding = if after < before {
+        if after <= 1.5 { "confirm it" } else { "are closer to the runs with it, but above the floor" }
     } else {
         "do not confirm it"
     };
@@ -275,7 +275,7 @@ pub fn confirmation(fe: &FeConfirmation) -> String {
         format!(" No equilibrium was found for {}.", fe.without_equilibrium.join(", "))
     };
     format!(
-        "The finite elements (shape {}, {} mesh) {says}: with the effect inside their law the worst channel goes from {} \
+        "The finite elements (shape {}, {} mesh) {finding}: with the effect inside their law the worst channel's residual changes from {} \
          to {} times the noise floor on {} strokes of the {} set; the reduced model goes from {} to {} on the same.{lost}",
         fe.shape,
         fe.mesh,
@@ -316,7 +316,7 @@ pub fn traces_caption() -> &'static str {
      measured runs. Readings that were left out (spikes, a sensor's rail) are not shown."
 }
 
-/// Kinds of cautions, those that come first first.
+/// Kinds of cautions, in their order on the page.
 const FIRST: [&str; 10] = [
     "exchanged",
     "unit",
@@ -340,8 +340,8 @@ pub fn cautions(report: &Diagnosis) -> Vec<(&'static str, String)> {
     list.sort_by_key(|c| place(&c.kind));
     let misfit = calibration_note(report.baseline.calibration_misfit);
     let word = |kind: &str| if place(kind) < WARNINGS { "warning" } else { "note" };
-    let told = list.into_iter().map(|c| (word(&c.kind), c.text.clone()));
-    let list: Vec<_> = told.chain((!misfit.is_empty()).then(|| ("warning", misfit.trim().to_owned()))).collect();
+    let listed = list.into_iter().map(|c| (word(&c.kind), c.text.clone()));
+    let list: Vec<_> = listed.chain((!misfit.is_empty()).then(|| ("warning", misfit.trim().to_owned()))).collect();
     let (warnings, notes): (Vec<_>, Vec<_>) = list.into_iter().partition(|(word, _)| *word == "warning");
     warnings.into_iter().chain(notes).collect()
 }
@@ -351,7 +351,7 @@ pub fn look_exchanged(report: &Diagnosis) -> bool {
     report.cautions.iter().any(|c| c.kind == "exchanged")
 }
 
-/// The first number of the page: what is left on runs that no fit saw, over the noise floor.
+/// The first number of the page: the residual of runs that no fit used, over the noise floor.
 pub fn number(report: &Diagnosis) -> String {
     let gap = &report.holdout;
     format!("{} × the noise floor", fixed(gap.ratio_after, 2))
@@ -415,12 +415,12 @@ mod tests {
     }
 
     #[test]
-    fn a_law_of_the_users_own_is_told_by_what_it_does() {
-        let told = |acts_on: &str| formula(&OwnFormula { acts_on: acts_on.into(), formula: "a * x".into() });
-        assert_eq!(told("strength"), "strength × (1 + a * x)");
-        assert_eq!(told("depth"), "depth + (a * x) mm");
-        assert_eq!(told("reading_normal"), "reading of the normal force + (a * x) N");
-        assert_eq!(told("reading_x"), "reading of x + (a * x) N");
+    fn a_law_of_the_user_is_described_by_its_effect() {
+        let described = |acts_on: &str| formula(&OwnFormula { acts_on: acts_on.into(), formula: "a * x".into() });
+        assert_eq!(described("strength"), "strength × (1 + a * x)");
+        assert_eq!(described("depth"), "depth + (a * x) mm");
+        assert_eq!(described("reading_normal"), "reading of the normal force + (a * x) N");
+        assert_eq!(described("reading_x"), "reading of x + (a * x) N");
     }
 
     #[test]

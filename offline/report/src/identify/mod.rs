@@ -1,8 +1,7 @@
 //! The report of an identification: page, numbers, figures.
 //!
-//! Main functions: [`render`] for one table, [`render_population`] for several.
-//! Computes no physics: it reads what was found and draws it.
-//! May use: identify.
+//! Main functions: [`render`] for one table, [`render_population`] for several. Computes no physics: it reads and draws
+//! the results. May use: identify.
 
 mod law_figures;
 mod page;
@@ -14,7 +13,7 @@ use super::html::Picture;
 use super::{Rendered, ReportError};
 use fingerpad_identify::{Outcome, population::Population};
 
-/// Pictures under way.
+/// Pictures so far.
 #[derive(Default)]
 struct Gallery {
     pictures: Vec<Picture>,
@@ -52,16 +51,11 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
     if let Some(law) = &outcome.law {
         if law.map.is_some() {
             let caption = format!(
-                "Where the sum of squares stays below its {:.0} % bound. Strength and exponent are fitted; lambda is \
+                "The region where the sum of squares is below its {:.0} % bound. Strength and exponent are fitted; lambda is \
                  derived from them.",
                 100.0 * law.confidence
             );
-            gallery.add(
-                "region",
-                "What the table says of strength and exponent",
-                &caption,
-                &law_figures::Region { law },
-            )?;
+            gallery.add("region", "Strength and exponent by the table", &caption, &law_figures::Region { law })?;
         }
         if let (Some(surface), false) = (&outcome.surface, outcome.simplex.is_empty()) {
             gallery.add(
@@ -98,10 +92,10 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
     }
     if let Some(last) = outcome.sensitivities.last() {
         let caption = format!(
-            "Steady slide at depth {} mm, one input changed at a time by about what is not known of a subject.",
+            "Steady slide at depth {} mm, one input changed at a time by about its uncertainty for a subject.",
             last.depth_mm
         );
-        gallery.add("tornado", "What moves the result", &caption, &table_figures::Tornado { outcome })?;
+        gallery.add("tornado", "Sensitivity of the result", &caption, &table_figures::Tornado { outcome })?;
     }
     let json = serde_json::to_string_pretty(outcome)? + "\n";
     Ok(Rendered { html: page::page(outcome, &gallery.pictures), json, figures: gallery.files })

@@ -1,4 +1,4 @@
-//! The page of an identification: what was found first, then figures and tables.
+//! The page of an identification: the result first, then figures and tables.
 
 use std::fmt::Write as _;
 
@@ -6,8 +6,8 @@ use super::super::html::{Picture, STYLE, cell, escape, figure, fonts, prose};
 use super::super::numbers::{fixed, significant};
 use super::table_figures::percent;
 use fingerpad_identify::{
-    Outcome,
-    outcome::{Constant, FingerOutcome, ModelDataComparison},
+    Outcome, SimplexRun,
+    outcome::{Constant, FastOutcome, FingerOutcome, ForceZeroOutcome, LawOutcome, ModelDataComparison},
     population::Population,
 };
 
@@ -43,8 +43,8 @@ fn table(caption: &str, heads: &[&str], body: String) -> String {
     )
 }
 
-/// A constant as the first sentence tells it.
-fn told(c: &Constant) -> String {
+/// A constant as text of the first sentence.
+fn constant_text(c: &Constant) -> String {
     let unit = if c.unit.is_empty() { String::new() } else { format!(" {}", c.unit) };
     let error = c.standard_error.map_or("no standard error".into(), |e| format!("± {}", significant(e, 2)));
     let interval = match &c.interval {
@@ -64,7 +64,7 @@ fn verdict(o: &Outcome) -> String {
     };
     match &o.law {
         Some(law) => {
-            let constants: Vec<String> = law.constants.iter().map(told).collect();
+            let constants: Vec<String> = law.constants.iter().map(constant_text).collect();
             format!(
                 "{}; λ = {} MPa^(1−β) follows from them. F/N is met within {} % at every row; the published constants \
                  on the same finger miss it by up to {} %.",
@@ -144,7 +144,7 @@ fn finger(title: &str, fit: &FingerOutcome) -> String {
                 num(f.value, 4),
                 optional(f.standard_error, 4),
                 format!("<td>{}</td>", escape(&f.unit)),
-                name(if f.at_bound { "stands at its bound" } else { "" }),
+                name(if f.at_bound { "at its bound" } else { "" }),
             ])
         })
         .collect();
@@ -193,10 +193,55 @@ pub fn page(o: &Outcome, pictures: &[Picture]) -> String {
     out + "</section>\n</main>\n</body>\n</html>\n"
 }
 
+/// The identified law: constants, remarks, and the searches that found it.
 fn law_tables(o: &Outcome) -> String {
     let mut out = String::new();
     let Some(law) = &o.law else { return out };
     out += "<h2>The law and how sure it is</h2>\n";
+    out += &constants_table(law);
+    let checks: Vec<String> =
+        law.region_check_percent.iter().map(|c| c.map_or("no slide".into(), |c| fixed(c, 2))).collect();
+    let _ = writeln!(
+        out,
+        "<p>λ = {} MPa<sup>1−β</sup> is derived; its correlation with β is {}, that of ln strength with β {}. Region and \
+         intervals are drawn by a surrogate that is corrected to the finite elements at and around the best law; at the \
+         intervals’ ends its F/N differs from finite elements by {} %. Below {} kPa the power is replaced by a \
+         parabola through the origin; with {}.</p>",
+        significant(law.lambda, 4),
+        law.correlation_of_lambda.map_or("not determined".into(), |r| fixed(r, 4)),
+        fixed(law.correlation, 3),
+        checks.join(", "),
+        significant(1e3 * law.regularisation.pressure_mpa, 2),
+        law.regularisation.effect()
+    );
+    for remark in law.remarks.iter().map(String::as_str).chain(o.tau0.as_ref().map(|t| t.sentence.as_str())) {
+        let _ = writeln!(out, "<p>{}</p>", prose(remark));
+    }
+    if let Some(zero) = &o.force_zero {
+        out += &force_zero_table(zero);
+    }
+    if !o.simplex.is_empty() {
+        out += &simplex_table(&o.simplex);
+    }
+    if let Some(fast) = &o.fast {
+        out += &fast_route_table(fast);
+    }
+    if let (Some(run), Some([strength, beta])) = (&o.refined, o.routes_differ) {
+        let _ = writeln!(
+            out,
+            "<p>Continued from its best end in ln strength and β to tolerances of 1e-6, the simplex differs from the fast \
+             route by {} of the strength at 5 kPa and by {} in β, after {} evaluations; its sum of squares is {}.</p>",
+            significant(strength, 2),
+            significant(beta, 2),
+            run.visits.len(),
+            significant(run.sum_of_squares, 5)
+        );
+    }
+    out
+}
+
+/// Constants of the law with their intervals.
+fn constants_table(law: &LawOutcome) -> String {
     let body = law
         .constants
         .iter()
@@ -221,44 +266,32 @@ fn law_tables(o: &Outcome) -> String {
         .collect();
     let errors = if law.error_is_known { "errors as given" } else { "errors from the misfit" };
     let caption = format!("{:.0} % intervals by profile likelihood, {errors}", 100.0 * law.confidence);
-    out += &table(&caption, &["", "value", "standard error", "from", "to", "unit", ""], body);
-    let checks: Vec<String> =
-        law.region_check_percent.iter().map(|c| c.map_or("no slide".into(), |c| fixed(c, 2))).collect();
-    let _ = writeln!(
-        out,
-        "<p>λ = {} MPa<sup>1−β</sup> is derived; its correlation with β is {}, that of ln strength with β {}. Region and \
-         intervals are drawn by a surrogate that is corrected to the finite elements at and around the best law; at the \
-         intervals’ ends its F/N differs from finite elements by {} %. Below {} kPa the power is replaced by a \
-         parabola through the origin; with {}.</p>",
-        significant(law.lambda, 4),
-        law.correlation_of_lambda.map_or("not determined".into(), |r| fixed(r, 4)),
-        fixed(law.correlation, 3),
-        checks.join(", "),
-        significant(1e3 * law.regularisation.pressure_mpa, 2),
-        law.regularisation.effect()
-    );
-    for remark in law.remarks.iter().map(String::as_str).chain(o.tau0.as_ref().map(|t| t.sentence.as_str())) {
-        let _ = writeln!(out, "<p>{}</p>", prose(remark));
-    }
-    if let Some(zero) = &o.force_zero {
-        let body = (zero.points.iter())
-            .map(|p| {
-                row([
-                    num(1e3 * p.normal_force_offset_n, 1),
-                    cell(&significant(p.lambda, 3)),
-                    num(p.beta, 3),
-                    num(p.stiffness, 3),
-                    num(p.depth_offset_mm, 3),
-                    num(p.rms_percent, 1),
-                ])
-            })
-            .collect();
-        let heads = ["zero, mN", "λ", "β", "stiffness", "depth offset, mm", "all numbers, %"];
-        out += &table("β against the zero of the normal force", &heads, body);
-        let _ = writeln!(out, "<p>{}</p>", prose(&zero.sentence));
-    }
-    let body = o
-        .simplex
+    table(&caption, &["", "value", "standard error", "from", "to", "unit", ""], body)
+}
+
+/// The exponent over the assumed zero of the normal force.
+fn force_zero_table(zero: &ForceZeroOutcome) -> String {
+    let body = (zero.points.iter())
+        .map(|p| {
+            row([
+                num(1e3 * p.normal_force_offset_n, 1),
+                cell(&significant(p.lambda, 3)),
+                num(p.beta, 3),
+                num(p.stiffness, 3),
+                num(p.depth_offset_mm, 3),
+                num(p.rms_percent, 1),
+            ])
+        })
+        .collect();
+    let heads = ["zero, mN", "λ", "β", "stiffness", "depth offset, mm", "all numbers, %"];
+    let mut out = table("β against the zero of the normal force", &heads, body);
+    let _ = writeln!(out, "<p>{}</p>", prose(&zero.sentence));
+    out
+}
+
+/// The search of the paper.
+fn simplex_table(runs: &[SimplexRun]) -> String {
+    let body = runs
         .iter()
         .map(|r| {
             row([
@@ -274,50 +307,38 @@ fn law_tables(o: &Outcome) -> String {
         })
         .collect();
     let heads = ["start λ", "start β", "end λ", "end β", "sum of squares", "evaluations", "turned back", "stopped by"];
-    if !o.simplex.is_empty() {
-        out += &table("The paper’s search: downhill simplex on λ and β", &heads, body);
-    }
-    if let Some(fast) = &o.fast {
-        let mut body: String = fast
-            .mappings
-            .iter()
-            .map(|m| {
-                row([
-                    name("space mapping"),
-                    num(m.law.tau_ref_kpa, 5),
-                    num(m.law.beta, 5),
-                    cell(&significant(m.sum_of_squares, 5)),
-                ])
-            })
-            .collect();
+    table("The paper’s search: downhill simplex on λ and β", &heads, body)
+}
+
+/// The searches of the fast route.
+fn fast_route_table(fast: &FastOutcome) -> String {
+    let mut body: String = fast
+        .mappings
+        .iter()
+        .map(|m| {
+            row([
+                name("space mapping"),
+                num(m.law.tau_ref_kpa, 5),
+                num(m.law.beta, 5),
+                cell(&significant(m.sum_of_squares, 5)),
+            ])
+        })
+        .collect();
+    body += &row([
+        name(&format!("Gauss–Newton, {} evaluations", fast.gauss_newton_evaluations)),
+        num(fast.gauss_newton.law.tau_ref_kpa, 5),
+        num(fast.gauss_newton.law.beta, 5),
+        cell(&significant(fast.gauss_newton.sum_of_squares, 5)),
+    ]);
+    if fast.direct_evaluations > 0 {
         body += &row([
-            name(&format!("Gauss–Newton, {} evaluations", fast.gauss_newton_evaluations)),
-            num(fast.gauss_newton.law.tau_ref_kpa, 5),
-            num(fast.gauss_newton.law.beta, 5),
-            cell(&significant(fast.gauss_newton.sum_of_squares, 5)),
+            name(&format!("direct search, {} evaluations", fast.direct_evaluations)),
+            num(fast.law.tau_ref_kpa, 5),
+            num(fast.law.beta, 5),
+            cell(&significant(fast.sum_of_squares, 5)),
         ]);
-        if fast.direct_evaluations > 0 {
-            body += &row([
-                name(&format!("direct search, {} evaluations", fast.direct_evaluations)),
-                num(fast.law.tau_ref_kpa, 5),
-                num(fast.law.beta, 5),
-                cell(&significant(fast.sum_of_squares, 5)),
-            ]);
-        }
-        out += &table("The fast route", &["", "strength at 5 kPa, kPa", "β", "sum of squares"], body);
     }
-    if let (Some(run), Some([strength, beta])) = (&o.refined, o.routes_differ) {
-        let _ = writeln!(
-            out,
-            "<p>Continued from its best end in ln strength and β to tolerances of 1e-6, the simplex differs from the fast \
-             route by {} of the strength at 5 kPa and by {} in β, after {} evaluations; its sum of squares is {}.</p>",
-            significant(strength, 2),
-            significant(beta, 2),
-            run.visits.len(),
-            significant(run.sum_of_squares, 5)
-        );
-    }
-    out
+    table("The fast route", &["", "strength at 5 kPa, kPa", "β", "sum of squares"], body)
 }
 
 fn prediction_tables(o: &Outcome) -> String {
@@ -354,8 +375,11 @@ fn prediction_tables(o: &Outcome) -> String {
             .iter()
             .map(|c| row([name(&c.finding), num(c.ours, 3), num(c.published, 3), name(&c.source), name(&c.conditions)]))
             .collect();
-        out +=
-            &table("Published findings that were not fitted", &["", "ours", "published", "source", "conditions"], body);
+        out += &table(
+            "Published findings that were not fitted",
+            &["", "model", "published", "source", "conditions"],
+            body,
+        );
     }
     if let Some(curve) = &o.curve {
         let sides = ["Downwards", "Upwards"];
@@ -433,12 +457,12 @@ pub fn population(p: &Population, pictures: &[Picture]) -> String {
         .collect();
     out += "<section class=\"tables\">\n<h2>How the constants vary</h2>\n";
     let heads = ["", "mean", "standard deviation", "of it between subjects", "least", "median", "largest"];
-    out += &table("Between subjects: what is left when the fits’ own errors are taken off", &heads, body);
+    out += &table("Between subjects: spread without the fits’ own errors", &heads, body);
     let published = p.subjects.iter().filter(|s| !s.law_searched).count();
     if published > 0 {
         let _ = writeln!(
             out,
-            "<p>{published} of {} subjects stand with the published law, none was searched for.</p>",
+            "<p>{published} of {} subjects have the published law, none was searched for.</p>",
             p.subjects.len()
         );
     }

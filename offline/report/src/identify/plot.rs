@@ -60,7 +60,7 @@ impl Scale {
         }
     }
 
-    /// Where numbers stand, and how they are written.
+    /// Positions of numbers, and their format.
     pub fn ticks(&self) -> &[(f64, String)] {
         &self.ticks
     }
@@ -87,7 +87,7 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// Where a value stands; not finite outside the axes' range of numbers.
+    /// Position of a value; not finite outside the axes' range of numbers.
     pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
         (self.left + self.x.share(x) * self.width, self.top + (1.0 - self.y.share(y)) * self.height)
     }

@@ -271,7 +271,7 @@ impl Figure for Tornado<'_> {
                     match value {
                         Some(v) => {
                             let x = plot.at(v, 0.0).0;
-                            // The two sides share a bar's height where they go the same way.
+                            // The two sides share a bar's height if they have the same sign.
                             let (dy, h) = (8.5 * side as f64, 8.0);
                             canvas.rect(zero.min(x), y + dy, (x - zero).abs().max(0.6), h, colour)?;
                         }
@@ -343,7 +343,7 @@ impl Figure for Subjects<'_> {
     }
 }
 
-/// Difference in percent as it stands in a table.
+/// Difference in percent, as text of a table.
 pub fn percent(v: Option<f64>) -> String {
     signed(v.unwrap_or(f64::NAN), 1)
 }

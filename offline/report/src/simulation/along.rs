@@ -16,7 +16,7 @@ pub const WIDE: f64 = 900.0;
 /// As [`WIDE`].
 pub const NARROW: f64 = 380.0;
 
-/// Dashes that tell the series of a panel apart without colour.
+/// Dashes that distinguish the series of a panel without colour.
 const DASHES: [Option<(f64, f64)>; 3] = [None, Some((7.0, 3.0)), Some((2.0, 3.0))];
 const LEFT: f64 = 52.0;
 const RIGHT: f64 = 16.0;
@@ -120,7 +120,7 @@ impl Along<'_> {
         let mut last = (f64::NEG_INFINITY, lower);
         for (letter, response) in &self.marks.0 {
             let at = first.at(response.t_s, first.y.min()).0;
-            // A letter that would stand on the one before goes above it.
+            // A letter that would overlap the one before is drawn above it.
             let y = if at - last.0 < 13.0 && last.1 == lower { upper } else { lower };
             let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
             canvas.text(&letter.to_string(), (at, y), style)?;
@@ -199,7 +199,7 @@ impl Figure for Along<'_> {
 }
 
 impl PanelOf {
-    /// What the axis covers at least; the first value where there is nothing that it must cover.
+    /// Values that the axis covers at least; the first value if there are none.
     fn least_or(&self, mut values: impl Iterator<Item = f64>) -> [f64; 2] {
         if self.least[0] < self.least[1] {
             return self.least;

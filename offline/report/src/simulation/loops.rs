@@ -13,7 +13,7 @@ use fingerpad_fe::load_path::Response;
 
 /// Motions that are smaller than this, mm or degrees, make no panel.
 const LEAST_MOTION: f64 = 1e-6;
-/// Way between two heads of arrows on a curve, px.
+/// Distance between two heads of arrows along a curve, px.
 const ARROW_EVERY: f64 = 110.0;
 const TOP: f64 = 40.0;
 const HEIGHT: f64 = 230.0;
@@ -108,7 +108,7 @@ impl Figure for Loops<'_> {
 }
 
 impl Loops<'_> {
-    /// Marks with their letters, those of one place together, where the curve leaves most room.
+    /// Marks with their letters, those of one place together, where the curve has most room.
     fn letters<DB: DrawingBackend>(
         &self,
         canvas: &mut Canvas<'_, DB>,
@@ -151,7 +151,7 @@ fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
-/// Distance of a point to a line, px; what is not finite is no part of the line.
+/// Distance of a point to a line, px; points that are not finite are no part of the line.
 fn clearance(line: &[(f64, f64)], point: (f64, f64)) -> f64 {
     let to_piece = |pair: &[(f64, f64)]| {
         let (a, b) = (pair[0], pair[1]);

@@ -21,7 +21,7 @@ pub struct MapSet {
     pub pictures: Vec<Picture>,
 }
 
-/// Numbers of the sets of maps; the snapshots stand in the order of the rows.
+/// Numbers of the sets of maps; the snapshots are in the order of the rows.
 pub fn numbers(report: &SimulationReport) -> Vec<MapNumbers> {
     let snapshots = report.trajectory.snapshots.iter().zip(&report.map_rows).zip('A'..);
     let one = |((snapshot, row), letter): ((&fingerpad_fe::load_path::Snapshot, &usize), char)| {
@@ -42,7 +42,7 @@ fn length([x, y]: [f64; 2]) -> f64 {
     x.hypot(y)
 }
 
-/// What a map shows of a face.
+/// The mapped quantity of a face.
 #[derive(Clone, Copy)]
 enum Shown {
     /// A number, from dark to bright.
@@ -61,7 +61,7 @@ const MAPS: [(&str, &str, Shown); 4] = [
     ("traction", "Traction on the skin, kPa", Shown::Vector(|f| f.traction_mpa.map(|t| 1e3 * t))),
 ];
 
-/// Draws the maps of all snapshots on common scales; none where nothing ever touches.
+/// Draws the maps of all snapshots on common scales; none if there is never contact.
 pub fn draw(trajectory: &Trajectory, mesh: &Mesh, numbers: &[MapNumbers]) -> Result<Vec<MapSet>, ReportError> {
     let all: Vec<Vec<Face>> = trajectory.snapshots.iter().map(|s| faces(s, mesh)).collect();
     let Some(window_mm) = pad_view::window(all.iter().flatten()) else { return Ok(Vec::new()) };
@@ -101,7 +101,7 @@ impl Shown {
     fn colour(&self, share: f64) -> BackendColor {
         match self {
             Self::Scalar(_) => viridis(share),
-            // Pale, so that arrows are seen on it.
+            // Pale, so that arrows are visible on it.
             Self::Vector(_) => mix(rgb(0xe6eff6), mix(MODEL, rgb(0xffffff), 0.25), share),
             Self::Stick => mix(SLIPPING, STUCK, share),
         }

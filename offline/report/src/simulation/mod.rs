@@ -1,8 +1,7 @@
 //! The report of a run along a path: page, numbers, figures.
 //!
-//! Main types: [`SimulationReport`], [`render`]; [`default_map_rows`] says at which rows of a path fields are worth keeping.
-//! Computes no physics: it draws what was recorded. What is not finite or was not recorded is left out.
-//! May use: fe.
+//! Main types: [`SimulationReport`], [`render`]; [`default_map_rows`] chooses the rows of a path whose fields are kept.
+//! Computes no physics: it draws the records. Numbers that are not finite or not recorded are left out. May use: fe.
 
 mod along;
 mod loops;
@@ -30,9 +29,9 @@ pub struct SimulationReport {
     pub path_name: String,
     /// Times of the path's rows, s.
     pub row_times_s: Vec<f64>,
-    /// Address of the response's file, as seen from the page; None where there is no file.
+    /// Address of the response's file, relative to the page; None if there is no file.
     pub response_link: Option<String>,
-    /// What was run; its stages are not shown.
+    /// Settings of the run; its stages are not shown.
     pub provenance: Provenance,
     /// All settings as a configuration file (TOML).
     pub settings: String,
@@ -71,7 +70,7 @@ struct MapNumbers {
     row: usize,
     peak_pressure_kpa: f64,
     peak_traction_kpa: f64,
-    /// Of the faces' mean slips since they came into contact.
+    /// Of the faces' mean slips since first contact.
     largest_slip_mm: f64,
     response: Response,
 }

@@ -1,4 +1,4 @@
-//! The page of a run: what happened, figures, maps, rows, numerics, settings.
+//! The page of a run: summary, figures, maps, rows, numerics, settings.
 
 use std::fmt::Write as _;
 
@@ -133,7 +133,7 @@ fn rows(out: &mut String, report: &SimulationReport, sets: &[MapSet]) {
     }
     *out += "</tbody>\n</table>\n";
     if found.len() > MOST_ROWS {
-        let _ = writeln!(out, "<p class=\"meta\">{} more rows stand in the response.</p>", found.len() - MOST_ROWS);
+        let _ = writeln!(out, "<p class=\"meta\">{} more rows are in the response.</p>", found.len() - MOST_ROWS);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Rows of a path whose contact is worth a map.
+//! Rows of a path that get a contact map.
 
 use fingerpad_fe::contact::{Coordinates, plane};
 use fingerpad_fe::load_path::Path;
@@ -6,10 +6,10 @@ use fingerpad_fe::load_path::Path;
 /// Most rows that are picked unasked.
 const MOST: usize = 6;
 
-/// At most six rows of a path, from 0: the end of the first press, where the plane turns back or aside by 45 degrees or
+/// At most six rows of a path, from 0: the end of the first press, the rows where the plane turns by 45 degrees or
 /// more, and the last row that presses.
 ///
-/// Where the path turns more often, first and last stay and the turns between are thinned out evenly.
+/// If there are too many turns, first and last are kept and the turns between are thinned out evenly.
 pub fn default_map_rows(path: &Path) -> Vec<usize> {
     let points: Vec<Coordinates> = (0..path.waypoints.len()).map(|row| path.coordinates(row, 0.0)).collect();
     let presses = |row: &usize| points[*row][plane::DEPTH] > 0.0;
@@ -25,7 +25,7 @@ pub fn default_map_rows(path: &Path) -> Vec<usize> {
     rows
 }
 
-/// Whether the press ends or begins at a row, a slide or a turn of finger or plane starts there or goes back, or a slide
+/// Whether the press ends or begins at a row, a slide or a turn of finger or plane starts or reverses there, or a slide
 /// changes its direction by 45 degrees or more.
 fn turns(points: &[Coordinates], row: usize) -> bool {
     let step = |k: usize| -> Coordinates { std::array::from_fn(|c| points[k][c] - points[k - 1][c]) };
@@ -62,7 +62,7 @@ mod tests {
         // Slide, reversal, turn, lift to the air.
         let path = [air, [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]];
         assert_eq!(rows(&path), [1, 2, 3, 4]);
-        // Depth that goes down and up again.
+        // A decrease and increase of the depth.
         assert_eq!(rows(&[air, [1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]), [1, 2, 3]);
         assert_eq!(rows(&[air, [-1.0, 0.0, 0.0]]), [] as [usize; 0]);
     }

@@ -1,8 +1,8 @@
-//! What of a response is drawn: lists of series, so that a new column is one more line.
+//! The series of the figures, as lists: a new column is one more line.
 
 use fingerpad_fe::load_path::Response;
 
-/// A quantity of a response; NaN where a row does not have it.
+/// A quantity of a response; NaN if a row does not have it.
 #[derive(Clone, Copy)]
 pub struct Series {
     /// Its name within its panel.
@@ -16,7 +16,7 @@ pub struct Series {
 pub struct Panel {
     /// Quantity and unit.
     pub label: &'static str,
-    /// What the axis covers at least.
+    /// Values that the axis covers at least.
     pub least: [f64; 2],
     /// The series.
     pub series: &'static [Series],
@@ -28,7 +28,7 @@ pub struct Loop {
     pub motion_label: &'static str,
     /// Its value.
     pub motion: fn(&Response) -> f64,
-    /// The answer, with its unit.
+    /// The response quantity, with its unit.
     pub answer_label: &'static str,
     /// Its value.
     pub answer: fn(&Response) -> f64,

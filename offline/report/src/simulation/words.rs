@@ -15,7 +15,7 @@ fn largest(rows: &[Response], of: impl Fn(&Response) -> f64) -> Option<&Response
     rows.iter().filter(|r| of(r).is_finite()).max_by(|a, b| of(a).total_cmp(&of(b)))
 }
 
-/// The first sentences of the page: what happened.
+/// The first sentences of the page: the main events of the run.
 pub fn verdict(rows: &[Response]) -> String {
     let Some(first) = rows.iter().find(|r| r.regime != Regime::NoContact) else {
         return "The body never touches the finger on this path.".to_owned();
@@ -45,12 +45,12 @@ pub fn verdict(rows: &[Response]) -> String {
     text
 }
 
-/// What a reader should know before using the numbers.
+/// Warnings for users of the numbers.
 pub fn warnings(report: &SimulationReport) -> Vec<String> {
     let rows = &report.trajectory.responses;
     let mut found: Vec<String> = Vec::new();
     if let Some(reason) = &report.ended_early {
-        found.push(format!("The run ended before its path did, and what is shown is what it reached: {reason}"));
+        found.push(format!("The run ended before its path did, and the page shows the rows up to there: {reason}"));
     }
     for check in report.checks.iter().filter(|c| !c.passed) {
         found.push(format!(
@@ -94,7 +94,7 @@ pub fn along_caption(marks: &Marks) -> String {
 
 /// The figure of loops.
 pub fn loops_caption() -> String {
-    "Arrows show the sense in which the path goes. The areas inside the loops of all panels together are the work that the \
+    "Arrows show the direction of the path. The areas inside the loops of all panels together are the work that the \
      path costs; a way back that lies on the way there costs none."
         .to_owned()
 }

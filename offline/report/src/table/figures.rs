@@ -138,7 +138,7 @@ impl Figure for Candidates<'_> {
         let y = f64::from(height) - 12.0;
         let small = Text { em: 11.0, colour: GREY, ..Text::BODY };
         canvas.text(
-            "bar: gap left; line: depths left out and predicted; dark: the table cannot tell it from the best",
+            "bar: remaining gap; line: depths left out and predicted; dark: the table cannot distinguish it from the best",
             (left, y),
             small,
         )

@@ -1,6 +1,6 @@
 //! A diagnosis of a table becomes a page, its numbers and its figures.
 //!
-//! Main function: [`render`]. Computes nothing but differences of what it is given. May use: table, diagnose.
+//! Main function: [`render`]. Computes only differences of its inputs. May use: table, diagnose.
 
 mod figures;
 mod page;
@@ -10,7 +10,8 @@ use fingerpad_table::Finding;
 
 /// Makes page, numbers and figures.
 ///
-/// Errors: [`ReportError`] if a figure cannot be drawn.
+/// # Errors
+/// [`ReportError`] if a figure cannot be drawn.
 pub fn render(finding: &Finding) -> Result<Rendered, ReportError> {
     let json = serde_json::to_string_pretty(&finding.report)? + "\n";
     let section = &finding.report.table;
@@ -33,9 +34,9 @@ pub fn render(finding: &Finding) -> Result<Rendered, ReportError> {
         ),
         picture(
             "candidates",
-            "What every candidate leaves of the gap",
-            "Each beside the finger's constants (stiffness, touch point, strength). The long bar is the gap that is left, the \
-             line at its end the error at depths that were left out and predicted; darker candidates cannot be told from the \
+            "Remaining gap with each candidate",
+            "Each beside the finger's constants (stiffness, touch point, strength). The long bar is the remaining gap, the \
+             line at its end the error at depths that were left out and predicted; darker candidates cannot be distinguished from the \
              best one. Below: the best pairs."
                 .into(),
             canvas::png(&candidates)?,

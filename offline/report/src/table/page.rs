@@ -1,4 +1,4 @@
-//! The page of a diagnosis of a table: one number first, then the cells, the candidates, and what would decide.
+//! The page of a diagnosis of a table: one number first, then the cells, the candidates, and the next experiment.
 
 use std::fmt::Write as _;
 
@@ -38,9 +38,10 @@ pub fn page(finding: &Finding, pictures: &[Picture]) -> String {
     out += &cells(section);
     figure(&mut out, 2, &pictures[1]);
     out += &candidates(section);
-    for (heading, sentences) in
-        [("What this table cannot tell", &section.cannot_tell), ("The experiment that would decide", &section.decides)]
-    {
+    for (heading, sentences) in [
+        ("What this table does not determine", &section.cannot_tell),
+        ("The experiment that would decide", &section.decides),
+    ] {
         let _ = writeln!(out, "<h2>{heading}</h2>\n<ul>");
         for sentence in sentences {
             let _ = writeln!(out, "<li>{}</li>", prose(sentence));
@@ -58,7 +59,7 @@ pub fn page(finding: &Finding, pictures: &[Picture]) -> String {
     }
     let _ = writeln!(
         out,
-        "<footer>\n<h2>What this rests on</h2>\n<p>{} steady slides by finite elements were computed; a regression through \
+        "<footer>\n<h2>Basis of this result</h2>\n<p>{} steady slides by finite elements were computed; a regression through \
          them (off by {} % in normal force, {} % in area, {} % in friction) carried the fits, whose ends were computed by \
          finite elements again. Every number stands in <code>report.json</code>, the table side by side in \
          <code>side_by_side.csv</code>, without what the instruments add in <code>corrected_table.csv</code>, finger and law in \
@@ -108,7 +109,7 @@ fn value(p: &fingerpad_diagnose::FittedParameter) -> String {
 
 fn steps(section: &TableSection) -> String {
     let mut out =
-        "<h2>The gap, step by step</h2>\n<table>\n<thead><tr><th class=\"name\">what moves</th><th>numbers fitted</th>\
+        "<h2>The gap, step by step</h2>\n<table>\n<thead><tr><th class=\"name\">free parameters</th><th>numbers fitted</th>\
                    <th>gap, %</th></tr></thead>\n<tbody>\n"
             .to_owned();
     for step in &section.steps {

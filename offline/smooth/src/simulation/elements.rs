@@ -90,7 +90,7 @@ impl ElementState {
     /// * `elements`: 1/yield position and share of the strength
     /// * `slide_mm`: displacement of the plane over the whole sample
     /// * `factors`: on strength and stiffness
-    /// * `was_in_contact`: 0 where the finger comes from the air, else 1
+    /// * `was_in_contact`: 0 if the finger was in the air, else 1
     pub fn advance(
         &mut self,
         model: &SmoothModel,

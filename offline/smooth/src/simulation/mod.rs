@@ -1,8 +1,8 @@
 //! Forward simulation of the smooth model along all runs.
 //!
-//! Main types: [`SimulationInputs`] (what of a prediction the model's parameters do not change, computed once),
-//! [`ElementHistory`] (the elements' state along the runs). Logarithms and exponentials are those of `wide`, within
-//! 3e-16 of the standard ones (`tests::curves`).
+//! Main types: [`SimulationInputs`] (parts of a prediction that do not depend on the model's parameters, computed
+//! once), [`ElementHistory`] (the elements' state along the runs). Logarithms and exponentials are those of `wide`,
+//! within 3e-16 of the standard ones (`tests::curves`).
 
 mod elements;
 #[cfg(test)]
@@ -20,7 +20,8 @@ use crate::parameter::Parameter;
 use crate::trajectory::{BatchedSample, BatchedTrajectory, LANES, Stroke, Substep, Trajectories};
 use elements::ElementState;
 
-/// What of a prediction the model's parameters do not change: the trajectory, and what acts on the model at each sample.
+/// Parts of a prediction that do not depend on the model's parameters: the trajectory, and the changes of the model at
+/// each sample.
 pub struct SimulationInputs {
     trajectory: Arc<BatchedTrajectory>,
     changes: Vec<ModelChange>,
@@ -123,7 +124,7 @@ impl SimulationInputs {
         out
     }
 
-    /// Reading of one lane, N: the contact's forces with what the changes add beside the model.
+    /// Reading of one lane, N: the contact's forces, with the changes that act on the sensor.
     fn sensor_reading_n(
         &self,
         model: &SmoothModel,

@@ -87,7 +87,7 @@ fn uniform(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Strokes of any length, some of which leave the skin on the way or begin in contact.
+/// Strokes of any length, some of which leave the skin within or begin in contact.
 fn strokes(next: &mut impl FnMut() -> f64, n: usize) -> Vec<Stroke> {
     let mut one = |i: usize| {
         let samples = 3 + (27.0 * next()) as usize;
@@ -159,7 +159,7 @@ fn eight_runs_at_once_give_what_each_gives_alone() {
         let model = reference.model(&values);
         let changes = changes(&mut next, &strokes, seed % 3);
         let trajectories = Trajectories::new(strokes.clone());
-        // Others before it leave a trajectory at other depths behind.
+        // An earlier simulation with other changes shifts the depths of the trajectory.
         let other = ModelChange { depth_mm: 0.07, ..ModelChange::default() };
         let _ = SimulationInputs::new(&trajectories, vec![other; changes.len()]).predict_n(&model);
         let found = SimulationInputs::new(&trajectories, changes.clone()).predict_n(&model);
@@ -167,7 +167,7 @@ fn eight_runs_at_once_give_what_each_gives_alone() {
         for stroke in &strokes {
             let own = &changes[first..first + stroke.samples.len()];
             alone(&model, own, stroke, &mut expected);
-            // Beside which others a run is simulated does not matter at all.
+            // The other runs of a batch have no influence on a run.
             let one = std::slice::from_ref(stroke);
             let single = SimulationInputs::new(&Trajectories::new(one.to_vec()), own.to_vec()).predict_n(&model);
             assert_eq!(single, found[3 * first..3 * (first + own.len())], "seed {seed}");
@@ -216,8 +216,8 @@ fn curves() {
     assert!(exp < 1e-15 && ln < 1e-15 && root < 1e-15, "{exp:e} {ln:e} {root:e}");
 }
 
-/// The low-pass of a sensor against its response to a ramp that starts from rest, y = s (t - tau (1 - exp(-t / tau))), on uneven steps;
-/// and a constant force, which it leaves.
+/// The low-pass of a sensor against its response to a ramp that starts from rest, y = s (t - tau (1 - exp(-t / tau))),
+/// on uneven steps; and a constant force, which it does not change.
 #[test]
 fn the_low_pass_of_a_sensor_is_exact_on_ramps() {
     let times: Vec<f64> = (0..60).map(|i| 0.01 * f64::from(i) + 0.004 * f64::from(i % 3)).collect();

@@ -117,6 +117,16 @@ pub fn card(done: &[Done], args: &Args) {
         percent(count(&none, &|d| !matches!(d.scored.class, Class::Nothing | Class::Exact)), none.len()),
         percent(count(&none, &wrong), none.len())
     );
+    let with_spikes = |d: &Done| d.scored.report.cautions.iter().any(|c| c.kind == "spikes");
+    let is_red = |d: &Done| {
+        let cautions = fingerpad_report::diagnosis::cautions(&d.scored.report);
+        cautions.iter().any(|(word, text)| *word == "warning" && text.contains("far off the rows"))
+    };
+    println!(
+        "nothing missing: note about spikes {}; as a red warning {}",
+        percent(count(&none, &with_spikes), none.len()),
+        percent(count(&none, &is_red), none.len())
+    );
     for size in [0.10, 0.30] {
         let at = |kind: &str| of(kind).into_iter().filter(|d| d.job.size == size).collect::<Vec<_>>();
         let (pairs, outside, lost) = (at("pair"), at("outside"), at("unrecorded"));

@@ -1,6 +1,7 @@
 //! Score card of `fingerpad diagnose` on hidden sets from an independent simulator.
 
 mod card;
+mod power;
 mod whole_score;
 
 use std::path::PathBuf;
@@ -64,6 +65,12 @@ struct Args {
     /// Write the files of every set to this folder
     #[arg(long)]
     dump: Option<PathBuf>,
+    /// Simulate so many sets from each calibration instead, and compare the predicted power with the counted one
+    #[arg(long, value_name = "SETS")]
+    power: Option<usize>,
+    /// Only this level of confounding: 0, 1 or 2
+    #[arg(long)]
+    level: Option<usize>,
     /// Print every set that is not as wanted
     #[arg(long)]
     verbose: bool,
@@ -172,6 +179,7 @@ fn jobs_of(simulator: SimulatorKind, args: &Args) -> Vec<Job> {
     if !args.only.is_empty() {
         out.retain(|j| args.only.contains(&j.seed));
     }
+    out.retain(|j| args.level.is_none_or(|level| j.level == level));
     out.retain(|j| j.kind == "none" || j.size >= args.least_size);
     if !args.kinds.is_empty() {
         out.retain(|j| args.kinds.iter().any(|k| k == j.kind));
@@ -185,6 +193,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return whole_score(&args);
     }
     let jobs = jobs(&args);
+    if let Some(sets) = args.power {
+        power::compare(&jobs, &args, sets);
+        return Ok(());
+    }
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, Done)>> = Mutex::new(Vec::new());
     std::thread::scope(|scope| {

@@ -4,12 +4,12 @@ use fingerpad::{Model, Motion, SPRINGS, StateOf, Status, Tuning, step};
 
 use crate::row::{Noise, Row};
 
-/// Strength factor, tuning, depth, slide and spin at random in every step: answers that are no numbers, beyond the limit or
-/// flagged without cause.
+/// Strength factor, tuning, depth, slide and spin at random in every step: counts responses that are not finite, beyond
+/// the limit or flagged without cause.
 pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
     let bad = broken::<1>(model, steps, seed) + broken::<2>(model, steps, seed + 1);
     vec![Row::new(
-        "strength, tuning, depth, slide and spin change in every step: bad answers",
+        "strength, tuning, depth, slide and spin change in every step: bad responses",
         f64::from(bad),
         [0.0; 2],
         "steps",

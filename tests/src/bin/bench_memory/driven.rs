@@ -48,7 +48,7 @@ fn holding<'a>(model: &'a Model<'a>) -> (Held<'a>, f64) {
     }
 }
 
-/// 0.3 N of friction held under noise on the normal force: the way walked.
+/// 0.3 N of friction held under noise on the normal force: the displacement.
 pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
     let mut rows = vec![];
     for (percent, marks) in [(1.0, [10.0, 3.0]), (5.0, [40.0, 12.0])] {
@@ -64,7 +64,7 @@ pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
         }
         held.drive(normal);
         let what = format!("0.3 N held under {percent} % uniform noise on the normal force");
-        rows.push(Row::new(format!("{what}: way"), 1e3 * held.way_mm.abs(), marks, "um"));
+        rows.push(Row::new(format!("{what}: displacement"), 1e3 * held.way_mm.abs(), marks, "um"));
         let late = 1e3 * (held.way_mm - way_at_half).abs();
         rows.push(Row::new(
             format!("{what}: of it in the second half"),
@@ -89,12 +89,12 @@ pub fn rows(model: &Model<'_>, steps: u32, seed: u64) -> Vec<Row> {
         held.drive(normal);
         let beyond = 100.0 * (held.way_mm / replay.way_mm - 1.0);
         println!(
-            "    (Gaussian noise of {percent} %: way {:.2} um, least force {:.3} of the mean)",
+            "    (Gaussian noise of {percent} %: displacement {:.2} um, least force {:.3} of the mean)",
             1e3 * held.way_mm,
             least / normal
         );
         rows.push(Row::new(
-            format!("the same, {percent} % Gaussian: way beyond that at the least force so far"),
+            format!("the same, {percent} % Gaussian: displacement beyond that at the least force so far"),
             beyond,
             [5.0, 1.0],
             "%",

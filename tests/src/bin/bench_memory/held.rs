@@ -1,4 +1,4 @@
-//! Loads held while the depth goes up and down: exact cycles, noise, nested cycles.
+//! Constant loads while the depth oscillates: exact cycles, noise, nested cycles.
 
 use fingerpad::{Model, Motion, SpinState, State, step};
 
@@ -136,7 +136,7 @@ pub fn nested(model: &Model<'_>) -> Vec<Row> {
     }
     vec![
         Row::new("nested cycle in slide along x returns to its start", slide, [1e-4, 1.2e-5], "% of the limit"),
-        // Pressing has slid along x a little, and what is left of that depends on the way along y.
+        // The press has moved the contact along x a little; its remainder depends on the path along y.
         Row::new(
             "nested cycle in slide along y, across the slide by pressing",
             across,

@@ -1,7 +1,7 @@
-//! What a contact remembers under disturbance: noise and cycles of depth, held forces, nested paths, first slip, rest.
+//! History of a contact under disturbance: noise and cycles of depth, constant forces, nested paths, first slip, rest.
 //!
-//! Each row has a value, the mark that must be met and the mark to reach. The rows against the finite elements need stored
-//! runs. Ends with 1 if a row misses the mark that must be met.
+//! Each row has a value, a required mark and a desired mark. The rows against the finite elements need stored runs.
+//! Ends with 1 if a row misses its required mark.
 
 mod disturbed;
 mod driven;
@@ -19,7 +19,7 @@ use fingerpad::{Data, ModelFile, Params};
 use row::Row;
 
 #[derive(Parser)]
-#[command(about = "What a contact remembers under disturbance, against marks", name = "cargo xtask bench memory")]
+#[command(about = "History of a contact under disturbance, against marks", name = "cargo xtask bench memory")]
 struct Args {
     /// Model file
     #[arg(long, default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/models/fingertip.fpm"))]
@@ -58,9 +58,9 @@ fn main() -> ExitCode {
 
 /// The numbers of a model file.
 fn read(file: &Path) -> Result<Data, String> {
-    let said = |error: String| format!("{}: {error}", file.display());
-    let bytes = std::fs::read(file).map_err(|e| said(e.to_string()))?;
-    Ok(*ModelFile::new(&bytes).map_err(|e| said(e.to_string()))?.file().model.data())
+    let with_file = |error: String| format!("{}: {error}", file.display());
+    let bytes = std::fs::read(file).map_err(|e| with_file(e.to_string()))?;
+    Ok(*ModelFile::new(&bytes).map_err(|e| with_file(e.to_string()))?.file().model.data())
 }
 
 /// Prints the table; the number of rows that miss their mark.

@@ -1,4 +1,4 @@
-//! Pictures of what a contact remembers, finite elements beside the model.
+//! Figures of the history of a contact, finite elements beside the model.
 
 use std::path::Path;
 
@@ -83,7 +83,7 @@ fn vibration(model: &Model<'_>, folder: &Path) -> Result<Vec<TraceChart>, String
     Ok(charts.collect())
 }
 
-/// A straight slide with noise on depth and slide: the stick ratio, and where a watch tells first slip.
+/// A straight slide with noise on depth and slide: the stick ratio, and the first slip that a watch reports.
 fn first_slip(model: &Model<'_>, seed: u64) -> Vec<TraceChart> {
     let slide = |depth: f64, noise_mm: f64| {
         let mut queue: Queue<256> = Queue::new();
@@ -102,10 +102,10 @@ fn first_slip(model: &Model<'_>, seed: u64) -> Vec<TraceChart> {
             points.push([slid, f64::from(response.stick_ratio)]);
         }
         let first = std::iter::from_fn(|| consumer.dequeue()).find(|event| event.change == Change::FirstSlip);
-        let told = first.map_or("not told".into(), |event| {
-            format!("first slip told at {:.3} mm", length * f64::from(event.tick.max(air) - air))
+        let first_slip = first.map_or("no first slip".into(), |event| {
+            format!("first slip reported at {:.3} mm", length * f64::from(event.tick.max(air) - air))
         });
-        line(format!("noise of {} µm: {told}", 1e3 * noise_mm), points)
+        line(format!("noise of {} µm: {first_slip}", 1e3 * noise_mm), points)
     };
     let at = |depth: f64| {
         let traces = [0.01, 0.001, 0.0].map(|noise| slide(depth, noise)).into();
@@ -114,7 +114,7 @@ fn first_slip(model: &Model<'_>, seed: u64) -> Vec<TraceChart> {
     vec![at(0.5), at(1.5)]
 }
 
-/// Friction and moment together in full slip, each over what the contact holds of it alone.
+/// Friction and moment together in full slip, each over its own limit.
 fn limit_surface(model: &Model<'_>, folder: &Path) -> Result<Vec<TraceChart>, String> {
     let elements = held_out_full_slip(model, folder)?.iter().map(|row| [row.friction, row.moment]).collect();
     let cross = f64::from(model.data().spin_cross);

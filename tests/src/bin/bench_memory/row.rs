@@ -1,4 +1,4 @@
-//! A row of the table, and what its rows are made with.
+//! A row of the table, and the inputs of its rows.
 
 use fingerpad::{Model, Motion, Response, State, step};
 
@@ -6,9 +6,9 @@ use fingerpad::{Model, Motion, Response, State, step};
 pub struct Row {
     pub what: String,
     pub value: f64,
-    /// What must be met.
+    /// Required mark.
     pub pass: f64,
-    /// What is to be reached.
+    /// Desired mark.
     pub reach: f64,
     pub unit: &'static str,
 }
@@ -18,7 +18,7 @@ impl Row {
         Self { what: what.into(), value, pass, reach, unit }
     }
 
-    /// Whether the mark is met; a value that is no number does not.
+    /// Whether the mark is met; a value that is not finite does not meet it.
     pub fn passes(&self) -> bool {
         self.value <= self.pass
     }

@@ -5,8 +5,15 @@ use fingerpad::{Model, State, step};
 
 use crate::row::{DIRECTIONS, Noise, Row, full_slip_slide_mm, held, motion};
 
-/// Slide at which a watch tells first slip, mm, and the changes of slip and stick that it tells until full slip.
-fn told(model: &Model<'_>, depth: f64, along: [f64; 2], steps: u32, noise_mm: f64, seed: u64) -> (f64, usize) {
+/// Slide at which a watch reports first slip, mm, and the number of changes between slip and stick until full slip.
+fn first_slip_and_changes(
+    model: &Model<'_>,
+    depth: f64,
+    along: [f64; 2],
+    steps: u32,
+    noise_mm: f64,
+    seed: u64,
+) -> (f64, usize) {
     let mut queue: Queue<256> = Queue::new();
     let (mut producer, mut consumer) = queue.split();
     let (mut watch, mut state, mut random) = (Watch::new(0), State::default(), Noise::new(seed));
@@ -37,10 +44,16 @@ pub fn first_slip(model: &Model<'_>, seed: u64) -> Vec<Row> {
         let (mut apart, mut most) = (0.0f64, 0);
         for (i, depth) in [0.3, 0.5, 0.8, 1.2, 1.6, 2.0].into_iter().enumerate() {
             for (k, (_, along)) in DIRECTIONS.into_iter().enumerate() {
-                let (still, _) = told(model, depth, along, steps, 0.0, 0);
+                let (still, _) = first_slip_and_changes(model, depth, along, steps, 0.0, 0);
                 for repeat in 0..5 {
-                    let (noisy, changes) =
-                        told(model, depth, along, steps, 0.001, seed + 1000 * i as u64 + 100 * k as u64 + repeat);
+                    let (noisy, changes) = first_slip_and_changes(
+                        model,
+                        depth,
+                        along,
+                        steps,
+                        0.001,
+                        seed + 1000 * i as u64 + 100 * k as u64 + repeat,
+                    );
                     let off = 100.0 * (noisy / still - 1.0).abs();
                     apart = if off.is_nan() { f64::INFINITY } else { apart.max(off) };
                     most = most.max(changes);
@@ -49,7 +62,7 @@ pub fn first_slip(model: &Model<'_>, seed: u64) -> Vec<Row> {
         }
         let what = format!("slides of {steps} steps with 1 um noise on depth and slide");
         rows.push(Row::new(format!("{what}: first slip against the noise-free"), apart, [10.0, 5.0], "% of the slide"));
-        rows.push(Row::new(format!("{what}: changes told"), most as f64, [4.0, 2.0], "changes"));
+        rows.push(Row::new(format!("{what}: changes reported"), most as f64, [4.0, 2.0], "changes"));
     }
     rows
 }

@@ -70,7 +70,7 @@ fn changes(model: &Model<'_>, run: &Run) -> Vec<f64> {
     out
 }
 
-/// The row after the slide and before the first cycle: the last one before depth changes while the slide stays.
+/// The row after the slide and before the first cycle: the last one before depth changes at a constant slide.
 fn held_from(samples: &[Sample]) -> Option<usize> {
     samples.windows(2).position(|pair| {
         let slid = pair[0].slide_mm != [0.0; 2];

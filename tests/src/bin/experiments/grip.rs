@@ -1,4 +1,4 @@
-//! What a grip must press: torque with tangential force, curved surfaces.
+//! Normal force of a grip: torque with tangential force, curved surfaces.
 
 use fingerpad_fe::experiment::{BodyKind, RigidBodySettings};
 use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
@@ -11,7 +11,7 @@ use super::lab::{Failure, Lab, at, chart, depths_mm, exponent, friction_n, line}
 const TRAVEL_MM: f64 = 8.0;
 const ARM_MM: f64 = 4.0;
 
-/// Largest friction (N) and moment (N mm) of a motion under constant normal force: `share` is how much of it is spin.
+/// Largest friction (N) and moment (N mm) of a motion under constant normal force: `share` is the part of spin in it.
 fn limit(lab: &Lab, force_n: f64, share: f64) -> Result<[f64; 2], Failure> {
     let drives = [Drive::Force, Drive::Displacement, Drive::Displacement];
     let angle = share * std::f64::consts::FRAC_PI_2;
@@ -22,7 +22,7 @@ fn limit(lab: &Lab, force_n: f64, share: f64) -> Result<[f64; 2], Failure> {
     let turns = if share > 0.0 { Turns { spin: Some(spin), ..Turns::default() } } else { Turns::default() };
     let run = lab.follow(&Path { turns, ..straight })?;
     let last = run.responses.last().ok_or("a run without rows")?;
-    // The moment about the centre of pressure, as a grip feels it.
+    // The moment about the centre of pressure, as it acts on a grip.
     let [cx, cy] = last.centre_of_pressure_mm;
     let moment = last.moment_n_mm[2] - (cx * last.friction_y_n - cy * last.friction_x_n);
     Ok([friction_n(last), moment.abs()])
@@ -46,7 +46,7 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
     let powers = [exponent(&friction, [0.501, 1.999]), exponent(&moment, [0.501, 1.999])];
     let [largest, turning] = [surface[0][0], surface[4][1]];
     let relative: Vec<[f64; 2]> = surface.iter().map(|[f, m]| [f / largest, m / turning]).collect();
-    // Where friction is used up to a half, this much of the moment is left; an additive rule would leave a half.
+    // Remaining share of the moment where friction uses half of its limit; an additive rule would leave a half.
     let mut falling = relative.clone();
     falling.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let left = falling

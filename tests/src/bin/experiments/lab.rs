@@ -1,4 +1,4 @@
-//! Runs of the finger that ships, and lines through what they give.
+//! Runs of the shipped finger, and lines through their results.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use fingerpad_tests::problems::fingers::placed;
 /// Why an experiment could not be run.
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// How much higher a pad reaches where skin beside it comes to the body.
+/// Factors on the pad's height, tried in turn if skin beside the pad reaches the body.
 const PADS: [f64; 3] = [1.0, 1.5, 2.5];
 
 /// The finger that ships.
@@ -43,7 +43,7 @@ impl Lab {
         self.observe(path, &[]).map(|(trajectory, _)| trajectory)
     }
 
-    /// A run with probes on the skin at these places (x, y), mm; also tells which of them lie on the pad.
+    /// A run with probes on the skin at these places (x, y), mm; also returns those of them that lie on the pad.
     pub fn observe(&self, path: &Path, places: &[[f64; 2]]) -> Result<(Trajectory, Vec<[f64; 2]>), Failure> {
         // Probes are for a heavy press, which needs the largest pad.
         let first = if places.is_empty() { 0 } else { PADS.len() - 1 };

@@ -34,19 +34,19 @@ struct Args {
     jobs: usize,
 }
 
-/// What an experiment found.
+/// Result of an experiment.
 struct Finding {
-    /// What was measured, in a few words.
+    /// The measured quantity, in a few words.
     title: &'static str,
     /// Authors, year, journal.
     source: &'static str,
-    /// What was published.
+    /// The published result.
     published: &'static str,
-    /// What the finite elements give.
+    /// The result of the finite elements.
     found: String,
-    /// Whether that agrees, and by how much not.
+    /// Whether that agrees, and the difference if not.
     verdict: String,
-    /// What else a reader must know.
+    /// Further remarks for the reader.
     remark: String,
     charts: Vec<TraceChart>,
 }
@@ -87,7 +87,7 @@ fn main() -> Result<(), Failure> {
                         eprintln!("{name}: {}", finding.verdict);
                         let mut found = found.lock().expect("no panic while locked");
                         found.push((*name, finding));
-                        // A run that is stopped keeps what it found.
+                        // An interrupted program keeps its results.
                         write_page(&args.out, &lab, &mut found)
                     });
                     if let Err(error) = kept {
@@ -107,7 +107,7 @@ fn main() -> Result<(), Failure> {
 /// Name of the page.
 const PAGE: &str = "experiments.md";
 
-/// Writes the page of what was found so far, in the order of the list, and its figures.
+/// Writes the page of the results so far, in the order of the list, and its figures.
 fn write_page(folder: &Path, lab: &Lab, found: &mut [(&str, Finding)]) -> Result<(), Failure> {
     found.sort_by_key(|(name, _)| EXPERIMENTS.iter().position(|(known, _)| known == name));
     let mut page = page_head(lab);

@@ -1,4 +1,4 @@
-//! What a press tells: area and friction over the load, force over the depth, Table 1 of Yoshida et al.
+//! Experiments with a press: area and friction over the load, force over the depth, Table 1 of Yoshida et al.
 
 use fingerpad_fe::experiment::RigidBodySettings;
 use fingerpad_tests::problems::fingers::{at_corner, placed};
@@ -133,7 +133,8 @@ pub fn table(lab: &Lab) -> Result<Finding, Failure> {
         let end = at_corner(&run, 2);
         rows.push([depth, end.normal_force_n, friction_n(end) / end.normal_force_n, end.contact_area_mm2]);
     }
-    // Jensen's inequality: the strength is concave in the pressure, so that no distribution of it bears more than the even one.
+    // Jensen's inequality: the strength is concave in the pressure, so that no distribution of it carries more than the
+    // uniform one.
     let bound = TABLE.map(|[_, n, mu, area]| (lambda * (n / area).powf(beta - 1.0), mu));
     let above = bound.map(|(bound, mu)| 100.0 * (mu / bound - 1.0));
     let smooth = smooth_press();
@@ -160,7 +161,7 @@ pub fn table(lab: &Lab) -> Result<Finding, Failure> {
             off(2),
             off(3)
         ),
-        verdict: format!("outside by {rms:.0} % RMS; two of the causes lie in the table, see below"),
+        verdict: format!("outside by {rms:.0} % RMS; two of the causes are in the table, see below"),
         remark: format!(
             "Two facts do not depend on the finite elements. First, the strength of the published law is concave in the pressure. By \
              Jensen's inequality no distribution of pressure gives more than F/N = lambda (N/A)^(beta - 1). With the measured N and A this \

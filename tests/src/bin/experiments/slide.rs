@@ -1,4 +1,4 @@
-//! What a slide tells: stick, area, strain.
+//! Experiments with a slide: stick, area, strain.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -123,7 +123,7 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
     let from = run.responses.partition_point(|r| r.t_s < 1.0);
     let (rows, readings) = (&run.responses[from..], &run.readings[from..]);
     let depth = |k: usize, row: usize| readings[row].probes[k].place_mm[2];
-    // What touches lies in the plane, to a hundredth of a millimetre.
+    // Touching skin lies in the plane, to a hundredth of a millimetre.
     let touches: Vec<usize> = (0..on_pad.len()).filter(|&k| (depth(k, 0) - rows[0].depth_mm).abs() < 0.02).collect();
     if touches.len() < 6 {
         return Err(format!("{} of {} points touch", touches.len(), on_pad.len()).into());
@@ -131,7 +131,7 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
     let place = |k: usize, row: usize| readings[row].probes[k].place_mm[0];
     // Stretch of the piece of skin between two neighbours, against the end of the press.
     let stretch = |pair: &[usize], row: usize| {
-        // Skin that has left the surface is not seen through the glass.
+        // Skin that has left the surface is not visible through the glass.
         if pair.iter().any(|&k| (depth(k, row) - rows[row].depth_mm).abs() > 0.02) {
             return f64::NAN;
         }
@@ -186,7 +186,7 @@ pub fn strain(lab: &Lab) -> Result<Finding, Failure> {
             if correlation < -0.3 {
                 "wave from rim to middle inside"
             } else {
-                "wave from rim to middle outside: not seen"
+                "wave from rim to middle outside: absent"
             },
             if (0.4..=0.6).contains(&peak) {
                 "inside (within 10 points)".to_owned()

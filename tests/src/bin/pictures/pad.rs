@@ -60,7 +60,7 @@ pub fn along_runs(model: &PadModel, folder: &Path) -> Result<Vec<Picture>, Failu
     drawn.into_iter().collect()
 }
 
-/// What a chart shows: its label, and the same number of the finite elements and of the pad.
+/// The plotted quantity: its label, and its values by the finite elements and by the pad.
 struct Quantity {
     label: &'static str,
     of_elements: fn(&Sample) -> f64,
@@ -98,7 +98,7 @@ fn pair(
     }
 }
 
-/// The run of a name, whatever settings it was made with.
+/// The run of a name, with any settings.
 fn find(folder: &Path, name: &str) -> Result<Run, Failure> {
     for entry in std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
         let file = entry?.path();

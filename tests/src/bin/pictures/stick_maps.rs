@@ -28,7 +28,7 @@ const STUCK: [f64; 3] = [11.0, 83.0, 148.0];
 const SLIPPING: [f64; 3] = [242.0, 193.0, 78.0];
 const UNTOUCHED: [f64; 3] = [243.0, 244.0, 246.0];
 
-/// One face of the pad as the plane sees it.
+/// One face of the pad, viewed from the plane.
 struct Face {
     corners_mm: Vec<[f64; 2]>,
     /// Share of the face that touches, and of that share which sticks.
@@ -117,7 +117,7 @@ fn of_elements(title: String, snapshot: &Snapshot, mesh: &Mesh) -> Map {
     Map { title, faces: faces.collect(), stick_ratio: snapshot.response.stick_ratio }
 }
 
-/// The same faces, each with what the patch nearest to it on the undeformed finger does.
+/// The same faces, each with the state of the patch nearest to it on the undeformed finger.
 fn on_patches(snapshot: &Snapshot, mesh: &Mesh, model: &PadModel, states: &[PatchState<f64>]) -> Vec<Face> {
     let face = |face: &[u32; 4]| {
         let middle: Vector3<f64> = face.iter().map(|node| mesh.nodes[*node as usize]).sum::<Vector3<f64>>() / 4.0;

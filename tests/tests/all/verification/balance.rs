@@ -1,4 +1,4 @@
-//! Balance of a pressed and slid finger: what the joint bears, where the pressure acts.
+//! Balance of a pressed and slid finger: load of the joint, centre of pressure.
 
 use fingerpad_fe::assembly::{Configuration, Joint};
 use fingerpad_fe::load_path::{Finger, Snapshot, Tissue};
@@ -32,7 +32,7 @@ fn middle(x: &[Vector3<f64>], nodes: &[u32]) -> Vector3<f64> {
     nodes.iter().map(|&n| x[n as usize]).sum::<Vector3<f64>>() / nodes.len() as f64
 }
 
-/// Rotation that takes the nodes from where they were to where they are, by least squares [Kabsch 1976].
+/// Rotation that maps the earlier places of the nodes to the present ones, by least squares [Kabsch 1976].
 fn rotation(mesh: &Mesh, x: &[Vector3<f64>], nodes: &[u32]) -> Rotation3<f64> {
     let (before, after) = (middle(&mesh.nodes, nodes), middle(x, nodes));
     let sum: Matrix3<f64> =
@@ -44,7 +44,7 @@ fn rotation(mesh: &Mesh, x: &[Vector3<f64>], nodes: &[u32]) -> Rotation3<f64> {
 }
 
 #[test]
-fn the_joint_bears_what_the_tissue_puts_on_the_bone() {
+fn the_joint_carries_the_load_of_the_tissue_on_the_bone() {
     let (finger, snapshot) = pressed();
     let mesh = &finger.mesh;
     let x: Vec<Vector3<f64>> = mesh.nodes.iter().zip(&snapshot.displacement_mm).map(|(p, u)| p + u).collect();
@@ -55,7 +55,7 @@ fn the_joint_bears_what_the_tissue_puts_on_the_bone() {
     let turn = rotation(mesh, &x, bone);
     let joint = finger.body.undeformed().rigid_centre;
     let moved = middle(&x, bone) + turn * (joint - middle(&mesh.nodes, bone));
-    // What must act on the bone besides the tissue: the joint's springs.
+    // The bone carries the forces of the tissue and those of the joint's springs.
     let force: Vector3<f64> = bone.iter().map(|&n| forces[n as usize]).sum();
     let moment: Vector3<f64> = bone.iter().map(|&n| (x[n as usize] - moved).cross(&forces[n as usize])).sum();
     let exact_force = (joint - moved) * 0.7;
@@ -75,12 +75,12 @@ fn contact_force_and_centre_of_pressure_are_those_of_the_tissue_on_the_plane() {
     let pad = mesh.node_set(set::PAD);
     let force: Vector3<f64> = pad.iter().map(|&n| forces[n as usize]).sum();
     let arm = |k: usize| pad.iter().map(|&n| x[n as usize][k] * forces[n as usize].z).sum::<f64>() / force.z;
-    let told = snapshot.response;
-    let exact = Vector3::new(told.friction_x_n, told.friction_y_n, told.normal_force_n);
+    let stated = snapshot.response;
+    let exact = Vector3::new(stated.friction_x_n, stated.friction_y_n, stated.normal_force_n);
     println!("{force:?} N at {:?} mm", [arm(0), arm(1)]);
     verify("contact force", "error against the tissue's", (force - exact).norm() / exact.norm(), 1e-5);
     for k in 0..2 {
-        let error = (told.centre_of_pressure_mm[k] - arm(k)).abs();
+        let error = (stated.centre_of_pressure_mm[k] - arm(k)).abs();
         verify("centre of pressure", &format!("error of component {k}, mm"), error, 1e-3);
         assert!(arm(k).abs() > 0.1, "off the foot: {}", arm(k));
     }

@@ -97,8 +97,8 @@ fn turned_in_place(radius_mm: f64, turn: f64, depth_mm: f64) -> [f64; 6] {
     [axis * x.z, 0.0, axis * up.z + radius_mm, 0.0, -turn, 0.0]
 }
 
-/// A cylinder that turns about its own axis drags the finger as a plane does that slides by the arc, and after a full turn it drags
-/// as before: friction does not know which way is up.
+/// A cylinder that turns about its own axis drags the finger like a plane that slides by the arc, and after a full turn
+/// it drags as before: friction has no preferred direction.
 #[test]
 fn a_cylinder_that_turns_in_place_slides() {
     const DEPTH: f64 = 0.2;
@@ -138,8 +138,8 @@ fn a_cylinder_that_turns_in_place_slides() {
     }
 }
 
-/// Over a loop from air to air the work of the body is what friction dissipates, less what changes of pressure put into the
-/// elastic slip: in all six coordinates, on every kind of body.
+/// Over a loop from air to air the work of the body is the dissipation by friction, less the change of the elastic slip
+/// energy with the pressure: in all six coordinates, on every kind of body.
 #[test]
 fn the_work_of_closed_paths_is_dissipated() {
     let turn = |values: [f64; 7]| Some(Turn { drive: Drive::Displacement, values: values.to_vec() });

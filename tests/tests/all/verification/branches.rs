@@ -37,7 +37,7 @@ fn slides_that_branch_off_one_press_are_the_slides_after_presses_of_their_own_to
         let alone = press_and_slide(&config, &finger, depth, None, None, &mut go_on).unwrap();
         let branched = press_and_slide(&config, &finger, depth, Some(&end), None, &mut go_on).unwrap();
         assert_eq!(numbers(&alone), numbers(&branched), "{depth} mm");
-        // A branch that is stopped goes on from its own checkpoint.
+        // An interrupted branch resumes from its own checkpoint.
         let stopped = press_and_slide(&config, &finger, depth, Some(&end), Some(checkpoint), &mut |progress| {
             let is_enough = progress.cost.increments > end.cost().increments + 1;
             if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -66,7 +66,7 @@ fn a_run_goes_on_only_from_the_beginning_of_its_path() {
     let other = refused(&[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 0.1, 0.0]], &[]);
     assert!(other.contains("is not the beginning of this path"), "{other}");
     let passed = refused(&[[0.0; 3], [0.2, 0.0, 0.0], [0.2, 0.1, 0.0]], &[0]);
-    assert!(passed.contains("has passed rows whose field is wanted"), "{passed}");
+    assert!(passed.contains("has passed rows whose field is requested"), "{passed}");
     // The half of the finger was pressed, and a slide along y needs the whole.
     let whole = refused(&[[0.0; 3], [0.2, 0.0, 0.0], [0.2, 0.0, 0.1]], &[]);
     assert!(whole.contains("differ in the use of symmetry"), "{whole}");
@@ -97,7 +97,7 @@ fn longer_steps_in_steady_slip_change_friction_by_less_than_a_thousandth() {
     }
     println!("{} increments, {} in small steps", long.cost.increments, small.cost.increments);
     assert!(long.cost.increments + 4 < small.cost.increments);
-    // A reversal is resolved as ever.
+    // A reversal is resolved as usual.
     let after = |run: &Trajectory| run.responses.iter().find(|r| r.t_s > 3.0).unwrap().slide_x_mm;
     assert!(6.0 - after(&long) <= problem.load_steps.max_slide_step_mm + 1e-9);
 }

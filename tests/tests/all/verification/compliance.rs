@@ -1,4 +1,4 @@
-//! The compliance at rest against the whole solver: what a small press bears moves the skin as the press does.
+//! The compliance at rest against the whole solver: the pressures of a small press move the skin as the press does.
 
 use std::time::Instant;
 
@@ -10,8 +10,8 @@ use fingerpad_fe::solve::{Guess, RestCompliance, Solver, SolverSettings, State, 
 use fingerpad_tests::verify;
 use nalgebra::{DVector, Vector3};
 
-/// Root mean square, over that of the skin's motion, of what the compliance leaves of it after a press and slide with friction of
-/// `scale` times 0.1 mm.
+/// Root mean square error of the compliance over the skin's motion, after a press and slide with friction of `scale`
+/// times 0.1 mm.
 fn left(preset: MeshPreset, bone: BoneKind, scale: f64) -> f64 {
     let mut config = Config { mesh_preset: preset, ..Config::default() };
     config.tissue.bone.kind = bone;
@@ -39,17 +39,18 @@ fn left(preset: MeshPreset, bone: BoneKind, scale: f64) -> f64 {
     let frame = surface.frame(&contact.plane);
     let rows = compliance.matrix.nrows();
     let mut force = DVector::zeros(rows);
-    for (node, bears) in surface.nodes.iter().zip(&contact.nodes) {
+    for (node, loaded) in surface.nodes.iter().zip(&contact.nodes) {
         let Some(place) = compliance.nodes.iter().position(|n| n == node) else { continue };
-        let of_node = bears.tangential_force_n + Vector3::z() * bears.normal_force_n;
+        let of_node = loaded.tangential_force_n + Vector3::z() * loaded.normal_force_n;
         let of_node = frame.to_finger(&of_node);
         (0..3).for_each(|k| force[3 * place + k] = of_node[k]);
     }
-    let told = &compliance.matrix * force;
+    let by_compliance = &compliance.matrix * force;
     let (mut off, mut all) = (0.0, 0.0);
     for (place, &node) in compliance.nodes.iter().enumerate() {
         let moved = configuration.x[node as usize] - finger.mesh.nodes[node as usize];
-        let by_matrix = Vector3::new(told[3 * place], told[3 * place + 1], told[3 * place + 2]);
+        let by_matrix =
+            Vector3::new(by_compliance[3 * place], by_compliance[3 * place + 1], by_compliance[3 * place + 2]);
         off += (moved - by_matrix).norm_squared();
         all += moved.norm_squared();
     }
@@ -62,7 +63,7 @@ fn a_small_press_moves_the_skin_by_the_compliance() {
         let (whole, half) = (left(MeshPreset::Coarse, bone, 1.0), left(MeshPreset::Coarse, bone, 0.5));
         println!("{bone:?}: {whole:.2e}, at half the press {half:.2e}");
         verify(&format!("compliance at rest, {bone:?}"), "skin's motion that is left, share", half, 0.03);
-        assert!(half < 0.75 * whole, "what is left is of second order: {whole:.2e} {half:.2e}");
+        assert!(half < 0.75 * whole, "the error is of second order: {whole:.2e} {half:.2e}");
     }
 }
 

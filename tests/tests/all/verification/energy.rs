@@ -57,7 +57,7 @@ fn residual_is_the_derivative_of_the_energy() {
 const PENALTY: PenaltySettings =
     PenaltySettings { penalty_mpa_per_mm: 20.0, augment: false, penetration_tolerance_mm: 1.0, edge_constant: 1.5 };
 
-/// What body, penalty and elastic slip store, mJ.
+/// Stored energy of body, penalty and elastic slip, mJ.
 fn stored(body: &Body, state: &State) -> f64 {
     let nodes = state.contact.nodes.iter().zip(&state.contact.position);
     let penalty: f64 = nodes.map(|(node, x)| 0.5 * node.normal_force_n * (-x.z).max(0.0)).sum();

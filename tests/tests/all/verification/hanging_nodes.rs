@@ -60,7 +60,7 @@ fn linear_fields_pass_hanging_nodes() {
             verify(&case, "stress error of the worst element", stress, 1e-9);
         }
     }
-    // Untied, the border is a slit whose faces bear nothing: the same measure must show it.
+    // Untied, the border is a slit whose faces carry nothing: the same measure must show it.
     let (mut mesh, outside) = finger(1);
     mesh.ties.clear();
     let [_, stress] = errors(&mesh, &outside, linear, 0.0, &(Matrix3::identity() + shape * 0.1));

@@ -49,7 +49,7 @@ fn kirchhoff(law: &impl Hyperelastic, f: &Matrix3<f64>) -> Matrix3<f64> {
     unpack(&law.stress(&pack(&(f * f.transpose())), j)) + Matrix3::identity() * volumetric
 }
 
-/// [`kirchhoff`] of whatever law the material is.
+/// [`kirchhoff`] of any material.
 fn stress_of(material: &Material, f: &Matrix3<f64>) -> Matrix3<f64> {
     match material {
         Material::NeoHooke(law) => kirchhoff(law, f),
@@ -110,7 +110,7 @@ pub fn pulled(law: &Material, moved: &[(&str, usize, f64)]) -> (Body, Configurat
     let mut ratio_before = 1.0;
     for part in 1..=parts {
         let stretch = |s: f64| 1.0 + (s - 1.0) * f64::from(part) / f64::from(parts);
-        // What is free starts at constant volume: a squeezed start would have an indefinite tangent.
+        // Free dofs start at constant volume: a squeezed start would have an indefinite tangent.
         let ratio: f64 = moved.iter().map(|m| stretch(m.2)).product();
         let lateral = (ratio_before / ratio).powf(1.0 / (3 - moved.len()) as f64);
         ratio_before = ratio;
@@ -271,7 +271,7 @@ fn textbook_forms_in_invariants() {
 }
 
 #[test]
-fn small_strain_moduli_are_those_told() {
+fn small_strain_moduli_are_those_reported() {
     let (mut shear, mut bulk) = (Worst::default(), Worst::default());
     for (name, law) in laws() {
         let g = 1e-5;

@@ -1,4 +1,4 @@
-//! Runs that are stopped, saved, resumed, or led to where nothing can follow them.
+//! Runs that are interrupted, saved, resumed, or driven beyond the limits of the model.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -25,8 +25,8 @@ fn numbers(trajectory: &Trajectory) -> String {
     format!("{:?} {:?} {counts:?} {:?}", trajectory.responses, trajectory.snapshots, trajectory.work)
 }
 
-/// Follows `path`, stopped every so many calls of progress, that is at an increment's end or within one, and resumed
-/// from what was saved.
+/// Follows `path`, interrupted every so many calls of progress, that is at an increment's end or within one, and
+/// resumed from the saved state.
 fn in_pieces(problem: &Problem, path: &Path, file: &std::path::Path, calls: usize) -> (Trajectory, usize) {
     let checkpoint = Checkpoint { file, period: Duration::from_secs(1), key: "settings" };
     for stops in 0..500 {
@@ -41,7 +41,7 @@ fn in_pieces(problem: &Problem, path: &Path, file: &std::path::Path, calls: usiz
             Err(error) => panic!("{error}"),
         }
     }
-    panic!("stopped 500 times and not at the end: it does not go on from what was saved")
+    panic!("stopped 500 times and not at the end: it does not resume from the saved state")
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit() {
         placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 1.0, 0.2], [0.4, 0.8, 0.2]]),
         path([F, F, D], &[[0.0; 3], [0.4, 0.0, 0.0], [0.4, 0.2, 0.0], [0.3, -0.1, 0.1]]),
     ] {
-        // Calls within an increment: how many the longest needs depends on the processor's rounding.
+        // Calls within an increment: the number for the longest depends on the processor's rounding.
         let (mut increments, mut calls, mut longest) = (0, 0, 0);
         let whole = follow_path(&problem, &path, &[1, 2], &mut |progress| {
             calls = if progress.cost.increments == increments { calls + 1 } else { 1 };
@@ -97,7 +97,7 @@ fn a_checkpoint_of_another_run_is_not_used() {
 }
 
 #[test]
-fn progress_is_told_and_a_stop_is_heard_within_an_increment() {
+fn progress_is_reported_and_an_interruption_acts_within_an_increment() {
     let finger = coarse();
     let problem = problem(&finger.body, &finger.mesh.pad_faces);
     let path = placed(&[[0.0; 3], [0.8, 0.0, 0.0]]);
@@ -166,8 +166,11 @@ fn a_driven_moment_beyond_the_limit_ends_soon_with_the_number() {
             "{text}"
         );
         let last = reached.responses.last().unwrap();
-        let borne = last.moment_n_mm[2];
-        assert!(borne / holds_n_mm > 0.85 && borne / holds_n_mm < 1.001, "{borne} of {holds_n_mm} N mm");
+        let reached_n_mm = last.moment_n_mm[2];
+        assert!(
+            reached_n_mm / holds_n_mm > 0.85 && reached_n_mm / holds_n_mm < 1.001,
+            "{reached_n_mm} of {holds_n_mm} N mm"
+        );
         assert!(
             reached.responses.len() > 10 && last.t_s > 1.0 && reached.cost.iterations < 800,
             "{}",
@@ -253,7 +256,7 @@ fn the_plane_stays_clear_of_what_is_held() {
 }
 
 #[test]
-fn numbers_that_no_fingertip_bears_are_refused_at_the_door() {
+fn impossible_loads_are_refused_before_the_run() {
     let config = Config { experiment: Experiment::default(), ..Config::default() };
     let finger = coarse();
     for (drives, corner, what) in [

@@ -125,7 +125,7 @@ fn uniform_pressure_on_the_pad_gives_uniform_stress() {
         let load: Vec<f64> = share.iter().map(|s| s * pressure * part).collect();
         at = equilibrium(&body, at, &load, 1e-12).at;
     }
-    // A uniform stretch, whatever its size: every node lies where the corner farthest from the rollers says.
+    // A uniform stretch of any size: the corner farthest from the rollers determines the place of every node.
     let far = *mesh
         .node_set("x1")
         .iter()

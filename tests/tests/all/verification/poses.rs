@@ -1,4 +1,4 @@
-//! Depth counts from the analytic surface in every pose, so that what the mesh's nodes do leaves no mark.
+//! Depth counts from the analytic surface in every pose, so that the mesh's nodes have no influence on it.
 
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
@@ -9,7 +9,7 @@ use fingerpad_tests::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Normal force at a depth over the pitch, and the root mean square of what a parabola leaves of it, share of its mean.
+/// Normal force at a depth over the pitch, and the root mean square difference from a parabola, share of its mean.
 fn scatter(preset: MeshPreset) -> f64 {
     let mut config = Config { mesh_preset: preset, ..Config::default() };
     config.friction.lambda = 0.0;

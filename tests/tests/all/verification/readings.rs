@@ -12,8 +12,8 @@ fn named(points: &[[f64; 3]]) -> Vec<(String, Vector3<f64>)> {
     points.iter().enumerate().map(|(k, &point)| (format!("p{k}"), Vector3::from(point))).collect()
 }
 
-/// What holds the finger bears what the plane exerts on it, force and moment, whether the whole is computed or the half, on a bone
-/// that floats or is held; two of the three bones bear something.
+/// The supports of the finger carry the force and moment of the plane, for the whole and for the half, on a bone that
+/// floats or is held; two of the three supports carry some load.
 #[test]
 fn reactions_balance_the_plane() {
     let straight = placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 1.5, 0.0]]);
@@ -41,7 +41,7 @@ fn reactions_balance_the_plane() {
         }
         let last = &run.readings[run.readings.len() - 1].reactions;
         println!("{bone:?}: {last:?}");
-        assert!(last[..2].iter().all(|r| r.force_n[2].abs() > 0.01), "nail and bone bear the press: {last:?}");
+        assert!(last[..2].iter().all(|r| r.force_n[2].abs() > 0.01), "nail and bone carry the press: {last:?}");
         verify("reactions", &format!("force against the plane's, {bone:?}"), apart[0], 1e-5);
         verify("reactions", &format!("moment against the plane's, {bone:?}"), apart[1], 1e-5);
     }

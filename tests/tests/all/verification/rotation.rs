@@ -1,5 +1,5 @@
-//! A deformed body turned as a whole: forces turn along, energy stays, forces have no moment. Body, plane and path turned
-//! together: the contact stays the same.
+//! A deformed body turned as a whole: forces turn along, energy is constant, forces have no moment. Body, plane and
+//! path turned together: the contact is unchanged.
 
 use fingerpad_fe::assembly::{Body, Joint, Material};
 use std::sync::Arc;
@@ -59,7 +59,7 @@ struct Turned {
     name: &'static str,
     /// The body, turned about the point of first touch.
     body: fn(&Rotation3<f64>) -> (Mesh, Body),
-    /// What it touches.
+    /// The rigid body.
     rigid: RigidBody,
     /// Residual over contact force.
     tolerance: f64,
@@ -75,8 +75,8 @@ fn coarse_finger(turn: &Rotation3<f64>) -> (Mesh, Body) {
     (mesh, body)
 }
 
-/// The states along a path of slide, depth and spin of a body turned by `heading` about z and then as a finger of this
-/// pitch and roll stands against the plane; the path turned along.
+/// The states along a path of slide, depth and spin of a body turned by `heading` about z and then to this pitch and
+/// roll against the plane; the path turned along.
 fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
     let turned = |[x, y, depth, spin]: [f64; 4], height: f64| -> Coordinates {
         let (sin, cos) = heading.sin_cos();
@@ -88,7 +88,7 @@ fn along_path([heading, pitch, roll]: [f64; 3], case: &Turned) -> Vec<State> {
     let penalty = PenaltySettings { penalty_mpa_per_mm: 20.0, augment: false, ..Default::default() };
     let law = Friction::On(RubberFriction::default());
     let mut solver = Solver::new(&body, &mesh.pad_faces, law, penalty, settings);
-    // What turns along turns about the point of first touch, to which depth counts here in any pose.
+    // A rigid body that turns along turns about the point of first touch, to which depth counts here in any pose.
     if !case.rigid.is_plane() {
         let outline = Outline::Smooth(Arc::new(|_: &Vector3<f64>| Vector3::zeros()));
         solver.set_rigid_body(case.rigid.clone(), Some(outline), &Plane::default());
@@ -126,7 +126,7 @@ fn body_plane_and_path_turned_together_give_the_same_contact() {
     let plane = RigidBody::Plane;
     let small = Turned { name: "paraboloid", body: paraboloid, rigid: plane.clone(), tolerance: 1e-11, bound: 1e-9 };
     small.keeps_its_contact(&[("spun", spun), ("pitched", pitched), ("all three", all)]);
-    // Rounding of places leaves more out of balance in a body of 30 mm.
+    // Rounding of places gives a larger residual in a body of 30 mm.
     let large = Turned { name: "finger", body: coarse_finger, rigid: plane, tolerance: 1e-8, bound: 1e-6 };
     large.keeps_its_contact(&[("all three", all)]);
     for (name, rigid) in [

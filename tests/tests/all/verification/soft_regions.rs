@@ -14,7 +14,7 @@ fn cushion() -> Config {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/meshes/cushion.toml");
     let mut config = Config::read(&file).unwrap();
     config.tissue.subcutaneous = Material::Ogden(Ogden { mu_mpa: PULP.mu_mpa, alpha: 2.0, d_per_mpa: PULP.d_per_mpa });
-    // What a solution lacks to equilibrium must lie below the bound on the difference of the two laws.
+    // The error of a solution must lie below the bound on the difference of the two laws.
     config.numerics.solver.tolerance *= 0.01;
     config
 }

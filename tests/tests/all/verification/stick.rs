@@ -1,4 +1,4 @@
-//! What sticks after a reversal: everything that does not lose pressure.
+//! Stick after a reversal: everything sticks that does not lose pressure.
 
 use std::ops::ControlFlow;
 
@@ -10,7 +10,7 @@ use fingerpad_tests::{problems::fingers::placed, verify};
 /// Shares of the contact area that slip at the end of a path.
 struct Slipping {
     whole: f64,
-    /// On faces that bear at least as much pressure as at the last turn.
+    /// On faces whose pressure is at least that at the last turn.
     without_loss_of_pressure: f64,
 }
 
@@ -37,9 +37,9 @@ fn spun(depth: f64, angles: [f64; 4]) -> Path {
     Path { turns: Turns { spin: Some(spin), ..Turns::default() }, ..flat }
 }
 
-/// After 1 µm everything sticks. Later the finger rolls back under the smaller friction, and the side that pressure leaves loses strength
-/// faster than shear: there it slips on. Faces that keep their pressure stick, but for a rim that slips back after 100 µm
-/// (Mindlin and Deresiewicz 1953: 1 % of a Hertz contact at 1.2 mm).
+/// After 1 µm everything sticks. Later the finger rolls back under the smaller friction, and the side with decreasing
+/// pressure loses strength faster than shear: there it slips on. Faces that keep their pressure stick, except for a rim
+/// that slips back after 100 µm (Mindlin and Deresiewicz 1953: 1 % of a Hertz contact at 1.2 mm).
 fn sticks_after_reversals(preset: MeshPreset, depth: f64) {
     for back in [1e-3, 1e-2, 1e-1] {
         let cases = [

@@ -1,4 +1,4 @@
-//! The half of a symmetric finger gives what the whole does, to the tolerance of equilibrium.
+//! The half of a symmetric finger gives the results of the whole, to the tolerance of equilibrium.
 
 use std::ops::ControlFlow;
 
@@ -20,7 +20,7 @@ fn both(finger: &Finger, path: &Path) -> [Trajectory; 2] {
     let rows: Vec<usize> = (1..path.waypoints.len()).collect();
     let mut whole = problem(&finger.body, &finger.mesh.pad_faces);
     whole.settings.tolerance = TOLERANCE;
-    // The shear that a press leaves behind is of first order in its increments, whose number may differ by one.
+    // The shear after a press has an error of first order in its increments, whose number may differ by one.
     whole.load_steps.friction_while_pressing = false;
     let half = Problem { half: Some(finger.half.as_ref().expect("a parametric finger is symmetric")), ..whole.clone() };
     [whole, half].map(|problem| run(&problem, path, &rows))
@@ -98,8 +98,8 @@ fn the_half_finger_gives_what_the_whole_does() {
     }
 }
 
-/// Rows so near to each other that each is one increment, of the whole as of the half: what is left is the tolerance of
-/// equilibrium.
+/// Rows so near to each other that each is one increment, of the whole as of the half: the difference is the tolerance
+/// of equilibrium.
 #[test]
 fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
     /// Distance of the rows, mm.

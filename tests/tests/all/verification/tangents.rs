@@ -77,7 +77,7 @@ fn material_errors(law: &impl Constitutive, modulus_mpa: f64, f: &Matrix3<f64>) 
     [energy, moduli]
 }
 
-/// [`material_errors`] of whatever law the material is.
+/// [`material_errors`] of any material.
 fn errors_of(material: &Material, f: &Matrix3<f64>) -> [f64; 2] {
     let modulus_mpa = material.shear_mpa();
     match material {
@@ -105,7 +105,8 @@ fn materials() {
         for f in [shear, principal(0.5, 1.2, 1.9), principal(0.3, 0.31, 3.0)] {
             note(0, material_errors(&ogden(alpha), 0.034, &f));
         }
-        // Equal and nearly equal stretches, on both sides of where the quotient is evaluated as a series.
+        // Equal and nearly equal stretches, on both sides of the limit below which the quotient is evaluated as a
+        // series.
         for gap in [0.0, 1e-14, 1e-10, 1e-7, 1e-4, 2.4e-3, 2.6e-3, 1e-2] {
             for f in [principal(1.2, 1.2 + gap, 0.8), principal(1.2, 1.2 + gap, 1.2 - gap)] {
                 note(1, material_errors(&ogden(alpha), 0.034, &(f * (1.0 + 1e-3 * shear[(0, 1)]))));
@@ -380,7 +381,7 @@ fn contact_on_a_deformed_state() {
             "slip" => assert_eq!(stuck, 0),
             _ => assert!(stuck > 0 && stuck < touching.len()),
         }
-        // The increment that led to `last`, seen from `before`.
+        // The increment from `before` to `last`.
         let surface = solver.surface();
         let position: Vec<Vector3<f64>> = surface.nodes.iter().map(|&n| last.configuration.x[n as usize]).collect();
         let plane = last.contact.plane;
@@ -402,8 +403,8 @@ fn contact_on_a_deformed_state() {
             evaluate(&x, &plane, false).residual.iter().flat_map(|f| [f.x, f.y, f.z]).collect()
         };
         let exact = |d: &[f64]| product(surface, &exact, &position, &plane, d);
-        // Small enough that no node changes between stick and slip or leaves the plane on the way. Where all slip, rounding
-        // of the penalty's force stands beside friction's small slope.
+        // Small enough that no node changes between stick and slip or leaves the plane within it. If all slip, the
+        // rounding of the penalty's force is comparable to friction's small slope.
         let bound = if case == "slip" { 1e-5 } else { BOUND };
         verify(&format!("tangent contact, {case}"), "error", worst_error(1e-7, &directions, along, exact), bound);
     }

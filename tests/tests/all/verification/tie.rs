@@ -1,7 +1,7 @@
 //! The tie of the tetrahedral nail to hexahedral tissue: its own patch-test error.
 //!
-//! A node of the nail follows the face that it lies on. Linear fields pass the tie exactly; forces go to the
-//! nodes of that face only, so that a uniform stress does not: what is left is measured here.
+//! A node of the nail follows the face that it lies on. Linear fields pass the tie exactly; forces go to the nodes of
+//! that face only, so that a uniform stress does not: this test measures the error.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -153,8 +153,8 @@ fn finger(divisions: &Divisions) -> [f64; 3] {
 #[test]
 fn nail_of_the_finger() {
     for (preset, label) in [(MeshPreset::Coarse, "coarse"), (MeshPreset::Medium, "medium")] {
-        // With a column of faces in the middle all boxes are cut alike; else the halves are mirrored, and where they meet
-        // along y = 0 triangles share a uniform pressure among nodes of uneven faces in another way than the faces do.
+        // With a column of faces in the middle all boxes are cut alike; else the halves are mirrored, and along y = 0
+        // triangles share a uniform pressure among nodes of uneven faces in another way than the faces do.
         let mirrored = preset.divisions();
         let alike = Divisions { columns: mirrored.columns + 1, ..mirrored };
         for (cut, divisions, bounds) in

@@ -1,4 +1,4 @@
-//! Every body against what its surface is by definition.
+//! Every body against the definition of its surface.
 
 use super::*;
 
@@ -51,7 +51,7 @@ fn the_closest_point_lies_on_the_surface_along_the_normal() {
 }
 
 #[test]
-fn gap_and_normal_change_as_told() {
+fn changes_of_gap_and_normal_match_their_derivatives() {
     const H: f64 = 1e-6;
     for body in bodies() {
         for place in places(&body) {

@@ -14,11 +14,12 @@ fn patch() -> Surface {
         faces.map(|(i, j)| [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)]).collect();
     let undeformed: Vec<Vector3<f64>> =
         (0..25).map(|n| Vector3::new(f64::from(n / 5) - 2.0, f64::from(n % 5) - 2.0, 0.0)).collect();
-    let pad = Pad { quads: &quads, triangles: &[], undeformed: &undeformed, modulus_mpa: &[0.1; 25], bears: &|_| true };
+    let pad =
+        Pad { quads: &quads, triangles: &[], undeformed: &undeformed, modulus_mpa: &[0.1; 25], can_carry: &|_| true };
     Surface::new(&pad, &PENALTY)
 }
 
-/// The patch at `height` over a plane, each node off by what `noise` gives it; finger's frame.
+/// The patch at `height` over a plane, each node displaced by `noise`; finger's frame.
 fn over(surface: &Surface, plane: &Plane, height: f64, noise: impl Fn(usize, usize) -> f64) -> Vec<Vector3<f64>> {
     let frame = surface.frame(plane);
     (0..25)
@@ -41,7 +42,7 @@ fn rubber() -> Friction {
 const POSES: [Coordinates; 3] = [[0.0; 6], [0.2, -0.1, 0.3, 0.0, 0.0, 0.0], [0.2, -0.1, 0.3, 0.7, 0.3, -0.2]];
 
 #[test]
-fn a_flat_patch_bears_pressure_times_area_and_friction_at_its_strength() {
+fn a_flat_patch_carries_pressure_times_area_and_friction_at_its_strength() {
     let surface = patch();
     let law = rubber();
     for at in POSES {
@@ -52,7 +53,7 @@ fn a_flat_patch_bears_pressure_times_area_and_friction_at_its_strength() {
         let (held, totals) = surface.commit(&law, &start, &areas, &pressed, plane);
         assert!((totals.force - Vector3::new(0.0, 0.0, 0.32)).norm() < 1e-12, "{totals:?}");
         assert!((totals.area - 16.0).abs() < 1e-12 && (totals.stuck_area - 16.0).abs() < 1e-12, "{totals:?}");
-        // The middle of the patch is where the plane's material origin is: the moment of the normal force says so.
+        // The middle of the patch is at the plane's material origin, so that the normal force has no moment.
         let frame = surface.frame(&plane);
         let middle = frame.along_axes(&(frame.from_plane(&Vector3::zeros()) - frame.foot()));
         let moment = middle.cross(&totals.force);
@@ -73,13 +74,14 @@ fn a_flat_patch_bears_pressure_times_area_and_friction_at_its_strength() {
         assert!((a.force - force(0.4)).norm() < 1e-12 && a.stuck_area == a.area, "{a:?}");
         assert!((b.force - force(1.0)).norm() < 1e-12 && b.stuck_area == 0.0, "{b:?}");
         assert!((a.elastic_energy - 0.5 * 16.0 * 0.4 * strength * 0.02).abs() < 1e-12, "{a:?}");
-        // The force rises linearly to its strength over gamma_crit and stays: trapezoidal over the increment.
+        // The force rises linearly to its strength over gamma_crit and is constant from there: trapezoidal over the
+        // increment.
         assert!((b.dissipation - 0.5 * 16.0 * strength * (3.0 - 0.05)).abs() < 1e-12, "{b:?}");
     }
 }
 
-/// After a turn of the slide friction points along the new slide as soon as gamma_crit is gone several times over, wherever the plane
-/// came from; on the way back it first goes through zero.
+/// After a turn of the slide, friction points along the new slide within several gamma_crit, for any earlier direction;
+/// after a reversal it first passes through zero.
 #[test]
 fn friction_forgets_the_slide_of_before() {
     let surface = patch();
@@ -123,7 +125,7 @@ fn a_plane_that_spins_turns_the_finger_along() {
         let mut to = pose;
         to[3] += sign * 0.3;
         let (_, totals) = surface.commit(&law, &held, &areas, &pressed, plane.moved_to(to));
-        // Sum of arm times mu N over the nodes; corners and edges of the patch bear a quarter and a half.
+        // Sum of arm times mu N over the nodes; edges and corners of the patch carry a half and a quarter.
         let arm = |n: usize| ((n / 5) as f64 - 2.0).hypot((n % 5) as f64 - 2.0);
         let rim = |i: usize| if i.is_multiple_of(4) { 0.5 } else { 1.0 };
         let moment: f64 = (0..25).map(|n| 0.5 * 0.02 * rim(n / 5) * rim(n % 5) * arm(n)).sum();
@@ -161,7 +163,8 @@ fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure(
         }
         let kept = totals.elastic_energy - stored;
         let balance = work + totals.elastic_energy_by_pressure - kept - totals.dissipation;
-        // A node that comes into contact has no elastic slip of before: its whole first way counts as elastic slip.
+        // A node that comes into contact has no earlier elastic slip: its first displacement is elastic slip as a
+        // whole.
         assert!(balance.abs() < 1e-12, "step {step}: {balance:e} of {work:e}");
         assert!(totals.min_dissipation_mj >= 0.0);
         (stored, dissipated) = (totals.elastic_energy, dissipated + totals.dissipation);
@@ -170,7 +173,7 @@ fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure(
     assert!(left > 10 && dissipated > 1e-5, "{left} nodes left, {dissipated:e} mJ");
 }
 
-/// Bodies whose curvature the patch feels.
+/// Bodies with a curvature that matters over the patch.
 fn curved() -> Vec<RigidBody> {
     let waves = |i: i32, j: i32| 0.05 * (0.3 * f64::from(i)).sin() * (0.2 * f64::from(j)).cos();
     let heights = (0..41).flat_map(|j| (0..41).map(move |i| waves(i, j))).collect();

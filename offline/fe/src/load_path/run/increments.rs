@@ -1,4 +1,4 @@
-//! The increments of a run: tried, taken, cut, past limit points, given up.
+//! The increments of a run: attempts, cut-backs, passages of limit points.
 
 use super::Run;
 use crate::contact::{Friction, plane};
@@ -57,7 +57,7 @@ impl LoadSteps for Run<'_, '_> {
         self.check_friction(share)
     }
 
-    fn out_of_patience(&self) -> bool {
+    fn exceeds_iteration_budget(&self) -> bool {
         false
     }
 

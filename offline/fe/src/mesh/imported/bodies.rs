@@ -122,8 +122,8 @@ pub(super) fn attach_bones(draft: &mut Draft, settings: &ImportedGeometry) {
     }
 }
 
-/// Refuses parts that are joined to nothing, open or pinched boundaries, tunnels, and voids that no bone fills. The
-/// outer faces off the bones of what can touch.
+/// Refuses parts that are joined to nothing, open or pinched boundaries, tunnels, and voids that no bone fills. Returns
+/// the outer faces, without those of bones, of the elements that can touch.
 pub(super) fn check(draft: &Draft) -> Result<Faces, ImportError> {
     joined(draft)?;
     let mesh = &draft.mesh;

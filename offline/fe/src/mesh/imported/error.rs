@@ -14,7 +14,7 @@ pub enum ImportError {
         field: &'static str,
         /// Its value.
         value: String,
-        /// What it has to satisfy.
+        /// The required condition.
         rule: &'static str,
     },
     /// Two nodes or two elements with the same number, or two elements on the same nodes.
@@ -26,13 +26,13 @@ pub enum ImportError {
         first: u64,
         /// The other.
         second: u64,
-        /// What they share.
+        /// The shared property.
         problem: &'static str,
     },
     /// Something refers to a node that the file does not have.
     #[error("{what} refers to node {node}, which the file does not have")]
     NoSuchNode {
-        /// What refers to it.
+        /// The referring entity.
         what: String,
         /// The number.
         node: u64,
@@ -44,7 +44,7 @@ pub enum ImportError {
         key: String,
         /// The name looked for.
         name: String,
-        /// What there is.
+        /// The names that exist.
         known: String,
     },
     /// An element in no region or in two.
@@ -54,7 +54,7 @@ pub enum ImportError {
         element: u64,
         /// `no region`, or the regions.
         regions: String,
-        /// What sets there are.
+        /// The sets that exist.
         known: String,
     },
     /// An element that is turned inside out in part, or flat.
@@ -97,7 +97,7 @@ pub enum ImportError {
     Apart {
         /// Region of the part.
         what: String,
-        /// How many elements it has.
+        /// Number of its elements.
         elements: usize,
         /// Number of its first element.
         first: u64,
@@ -109,7 +109,7 @@ pub enum ImportError {
     Boundary {
         /// `hexahedra` or `tetrahedra`.
         kind: &'static str,
-        /// What is wrong.
+        /// Description of the defect.
         problem: String,
         /// A node there.
         node: u64,
@@ -126,13 +126,13 @@ pub enum ImportError {
          frame = \"finger\" to have first touch found"
     )]
     NotAtTouch {
-        /// Where it lies.
+        /// Its place.
         lowest_mm: f64,
     },
     /// First touch could not be found.
     #[error("first touch: {0}")]
     Touch(String),
-    /// The mesh that came out was refused.
+    /// The resulting mesh was refused.
     #[error("the imported mesh: {0}")]
     Mesh(#[from] MeshError),
 }

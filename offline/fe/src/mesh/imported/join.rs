@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::super::closest_point::nearest_on_faces;
 use super::super::{Hex, Mesh, Region, Tet, Tet10, Tie};
 use super::named;
-use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, RawKind, RawMesh, bodies, sorted};
+use super::{Draft, ImportError, ImportReport, ImportedGeometry, Near, RawElement, RawKind, RawMesh, bodies, sorted};
 
 /// Nodes and elements with their regions; unused nodes dropped, coinciding ones merged.
 pub(super) fn elements(
@@ -16,17 +16,7 @@ pub(super) fn elements(
     soft_regions: &[String],
 ) -> Result<Draft, ImportError> {
     let regions = regions(raw, settings, soft_regions)?;
-    let mut places: HashMap<u64, Vector3<f64>> = HashMap::with_capacity(raw.nodes.len());
-    for (label, place) in &raw.nodes {
-        if places.insert(*label, place * settings.unit_mm).is_some() {
-            return Err(ImportError::Duplicate {
-                kind: "nodes",
-                first: *label,
-                second: *label,
-                problem: "the number is given twice (several parts in one file have to be numbered through)",
-            });
-        }
-    }
+    let places = places(raw, settings.unit_mm)?;
     let plane = plane(raw, &regions);
     let solids = || raw.elements.iter().filter(|e| e.kind.is_solid() && !plane.contains(&e.label));
     let mut used: Vec<u64> = solids().flat_map(|e| e.nodes.iter().copied()).collect();
@@ -53,18 +43,7 @@ pub(super) fn elements(
     let mut seen: HashMap<Vec<u32>, u64> = HashMap::new();
     let mut labels: HashMap<u64, ()> = HashMap::new();
     for element in solids() {
-        let known = || raw.names();
-        let region = match regions.get(&element.label).map(Vec::as_slice) {
-            Some([region]) => *region,
-            Some(several) => {
-                let regions = several.iter().map(|r| mesh.region_name(*r)).collect::<Vec<_>>().join(" and ");
-                return Err(ImportError::Region { element: element.label, regions, known: known() });
-            }
-            None => {
-                let regions = "no region".into();
-                return Err(ImportError::Region { element: element.label, regions, known: known() });
-            }
-        };
+        let region = region_of(element, &regions, &mesh, raw)?;
         if labels.insert(element.label, ()).is_some() {
             return Err(ImportError::Duplicate {
                 kind: "elements",
@@ -110,6 +89,37 @@ pub(super) fn elements(
     hex_labels.extend(tet10_labels);
     one_order(&mesh, &node_labels, &hex_labels)?;
     Ok(Draft { mesh, node_labels, index, element_labels: hex_labels, report })
+}
+
+/// Places of the nodes by their numbers, mm.
+fn places(raw: &RawMesh, unit_mm: f64) -> Result<HashMap<u64, Vector3<f64>>, ImportError> {
+    let mut places = HashMap::with_capacity(raw.nodes.len());
+    for (label, place) in &raw.nodes {
+        if places.insert(*label, place * unit_mm).is_some() {
+            return Err(ImportError::Duplicate {
+                kind: "nodes",
+                first: *label,
+                second: *label,
+                problem: "the number is given twice (several parts in one file have to be numbered through)",
+            });
+        }
+    }
+    Ok(places)
+}
+
+/// The one region of an element.
+fn region_of(
+    element: &RawElement,
+    regions: &BTreeMap<u64, Vec<Region>>,
+    mesh: &Mesh,
+    raw: &RawMesh,
+) -> Result<Region, ImportError> {
+    let regions = match regions.get(&element.label).map(Vec::as_slice) {
+        Some([region]) => return Ok(*region),
+        Some(several) => several.iter().map(|r| mesh.region_name(*r)).collect::<Vec<_>>().join(" and "),
+        None => "no region".into(),
+    };
+    Err(ImportError::Region { element: element.label, regions, known: raw.names() })
 }
 
 /// Refuses nodes that elements of first and of second order share.
@@ -170,7 +180,7 @@ fn regions(
         for name in names {
             match named(&raw.element_sets, name) {
                 Some(members) => add(members, region),
-                // What is not said in the settings may be missing.
+                // A set that the settings do not name may be missing.
                 None if names == usual => {}
                 None => return Err(no_such(format!("imported.regions.{key}"), name)),
             }
@@ -192,8 +202,8 @@ fn tied_slaves(raw: &RawMesh) -> Vec<u64> {
 
 type Merged = (HashMap<u64, u32>, Vec<u64>, Vec<Vector3<f64>>);
 
-/// Index, number and place of each node once those within `merge_mm` are one: the lowest number stays. Nodes that the
-/// file ties are left alone.
+/// Index, number and place of each node after nodes within `merge_mm` are merged; the lowest number is kept. Nodes that
+/// the file ties are not merged.
 fn merged(used: &[u64], places: &HashMap<u64, Vector3<f64>>, slaves: &[u64], merge_mm: f64) -> Merged {
     let mut near = Near::new(merge_mm.max(1e-9));
     let (mut index, mut labels, mut nodes) =

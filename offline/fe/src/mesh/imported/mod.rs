@@ -1,9 +1,8 @@
 //! A mesh of another program becomes a fingertip.
 //!
-//! Main types: [`RawMesh`] (what a file says), [`ImportedGeometry`] (which sets are what); [`imported_fingertip`] makes
-//! an [`ImportedFingertip`] and says in its [`ImportReport`] what it mended.
-//! Every number in a message is the file's own.
-//! May use: the rest of mesh.
+//! Main types: [`RawMesh`] (contents of a file), [`ImportedGeometry`] (roles of the sets); [`imported_fingertip`] makes
+//! an [`ImportedFingertip`] and reports its repairs in its [`ImportReport`]. Every number in a message is the file's
+//! own. May use: the rest of mesh.
 
 mod bodies;
 mod error;
@@ -31,11 +30,11 @@ use super::{FACE_TRIANGLES, Fingertip, FirstTouch, Hex, Mesh, Tet, Tet10, first_
 pub struct ImportedFingertip {
     /// Mesh, first touch, outer faces.
     pub fingertip: Fingertip,
-    /// What was mended.
+    /// The repairs.
     pub report: ImportReport,
 }
 
-/// What was mended and what was left out.
+/// Repairs and omissions of the import.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct ImportReport {
     /// Nodes of no element, dropped.
@@ -46,7 +45,7 @@ pub struct ImportReport {
     pub turned_elements: usize,
     /// Nodes of tetrahedra tied to hexahedra here (not by the file).
     pub tied_nodes: usize,
-    /// Greatest way that a tied node was moved, mm.
+    /// Greatest displacement of a tied node by the import, mm.
     pub tie_moved_mm: f64,
     /// Nodes of soft tissue attached to a rigid bone that was meshed apart.
     pub attached_nodes: usize,
@@ -74,10 +73,11 @@ impl Draft {
 
 /// Makes and checks the mesh of a fingertip out of a file's content.
 ///
-/// `soft_regions` are the soft regions that have a law of their own; the file's element sets or physical volumes of
-/// these names make them up.
+/// `soft_regions` are the soft regions that have a law of their own; they consist of the file's element sets or
+/// physical volumes of these names.
 ///
-/// Errors: [`ImportError`] with the file's numbers and names.
+/// # Errors
+/// [`ImportError`] with the file's numbers and names.
 pub fn imported_fingertip(
     raw: &RawMesh,
     settings: &ImportedGeometry,
@@ -240,7 +240,7 @@ fn touch_at_origin(mesh: &Mesh, settings: &ImportedGeometry) -> Result<FirstTouc
     let (sin, cos) = settings.inclination_deg.to_radians().sin_cos();
     let rotation = Matrix3::new(cos, 0.0, sin, 0.0, 1.0, 0.0, -sin, 0.0, cos);
     let finger: Vec<Vector3<f64>> = points.iter().map(|p| rotation.transpose() * p).collect();
-    // A flat pad has no curvature to tell.
+    // A flat pad has no radius of curvature.
     let curvature_radius_mm =
         lowest(&finger, settings.inclination_deg).map_or(f64::INFINITY, |t| t.curvature_radius_mm);
     Ok(FirstTouch { point_mm: Vector3::zeros(), rotation, curvature_radius_mm })
@@ -283,7 +283,7 @@ impl Near {
     }
 }
 
-/// The entry of a name, by exact spelling or else whatever its case.
+/// The entry of a name, by exact spelling or else without regard to case.
 fn named<'a, T>(map: &'a BTreeMap<String, T>, name: &str) -> Option<&'a T> {
     map.get(name).or_else(|| map.iter().find(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value))
 }

@@ -28,7 +28,7 @@ pub(super) fn named_sets(draft: &mut Draft, raw: &RawMesh, settings: &ImportedGe
     for (key, name, given) in
         [("bone", set::DISTAL_BONE, &names.bone), ("proximal_bone", set::PROXIMAL_BONE, &names.proximal_bone)]
     {
-        // A bone that has no elements, as in a deck where it is held, is known by its nodes.
+        // A bone without elements, as in a deck with held nodes, is given by its nodes.
         let usual = (draft.mesh.node_set(name).is_empty() && named(&raw.node_sets, name).is_some()).then_some(name);
         if let Some(given) = given.as_deref().or(usual) {
             let mut nodes = nodes_of(draft, raw, key, given)?;
@@ -151,7 +151,7 @@ fn low(draft: &Draft, settings: &ImportedGeometry, outer: &Faces) -> Result<Face
 }
 
 impl Faces {
-    /// Those whose nodes are as `wanted` says.
+    /// Those whose nodes satisfy `wanted`.
     fn only(&self, wanted: impl Fn(&[u32]) -> bool) -> Self {
         Self {
             quads: self.quads.iter().filter(|f| wanted(*f)).copied().collect(),

@@ -1,4 +1,4 @@
-//! How an imported mesh becomes a fingertip: what a configuration file says.
+//! Settings of the import of a mesh as a fingertip: the section of a configuration file.
 
 use std::path::PathBuf;
 
@@ -37,8 +37,9 @@ impl Default for RegionNames {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SetNames {
-    /// What may touch the plane: a surface, or a node set whose faces are meant; without it every outer face of the
-    /// hexahedra that looks down and lies lower than `pad_height_mm`. Of our own files, `PAD_SURFACE` or `pad`.
+    /// The surface that may touch the plane: a surface, or a node set whose faces are used. Without it, every outer
+    /// face of the hexahedra that looks down and lies lower than `pad_height_mm`; in files of this program,
+    /// `PAD_SURFACE` or `pad`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pad: Option<String>,
     /// The proximal section, held fixed; `proximal_fix` without a value.

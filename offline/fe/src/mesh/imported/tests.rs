@@ -23,7 +23,7 @@ fn check_cushion(made: &ImportedFingertip) {
     // The core, and five sides of three layers of pulp and one of skin.
     assert_eq!((mesh.hexes.len(), mesh.pad_faces.len()), (216 + 5 * 36 * 4, 36));
     assert!(mesh.tets.len() > 80 && made.report.tied_nodes > 9 && made.report.turned_elements == 0);
-    // The middle of the spheres is the origin of the file: 6 mm over the plane, whatever the inclination.
+    // The middle of the spheres is the origin of the file: 6 mm over the plane at any inclination.
     let touch = made.fingertip.touch;
     let height = touch.to_plane(&Vector3::zeros()).z;
     println!("middle at {height:.4} mm, radius {:.3} mm; {:?}", touch.curvature_radius_mm, made.report);
@@ -113,7 +113,7 @@ pub(super) fn held() -> ImportedGeometry {
     ImportedGeometry { sets, ..ImportedGeometry::default() }
 }
 
-/// What the cubes are refused with once changed.
+/// The error of the cubes after a change.
 fn refused(change: impl Fn(&mut RawMesh), settings: &ImportedGeometry) -> String {
     let mut raw = cubes();
     change(&mut raw);
@@ -138,7 +138,7 @@ fn cubes_are_accepted_and_mended() {
     let report = &mended.report;
     assert_eq!((report.turned_elements, report.unused_nodes, report.merged_nodes), (1, 1, 16));
     assert_eq!(mended.fingertip.mesh.nodes, made.fingertip.mesh.nodes);
-    // Without merging the layer is loose, and the message says by how much.
+    // Without merging the layer is loose, and the message contains the gap.
     for (_, place) in raw.nodes.iter_mut().filter(|(n, _)| *n > 500 && *n < 900) {
         place.z += 0.01;
     }
@@ -184,7 +184,7 @@ fn refusals_name_the_files_numbers() {
         ("nothing holds the finger", refused(|_| {}, &ImportedGeometry::default())),
     ] {
         println!("{text}");
-        assert!(text.contains(expected), "{text}\nshould say: {expected}");
+        assert!(text.contains(expected), "{text}\nshould contain: {expected}");
     }
     let mut other = held();
     other.sets.pad = Some("belly".into());

@@ -15,7 +15,7 @@ fn tets() -> Mesh {
     into_second_order(&into_tets(&hexes))
 }
 
-/// The same as a file says it: elements from 101, nodes from 1, the pad by its lowest nodes.
+/// The same as the content of a file: elements from 101, nodes from 1, the pad by its lowest nodes.
 fn raw() -> RawMesh {
     let mesh = tets();
     let numbers = |nodes: &[u32]| nodes.iter().map(|n| u64::from(*n) + 1).collect::<Vec<_>>();
@@ -120,6 +120,6 @@ fn refusals_name_the_files_numbers() {
         }),
     ] {
         println!("{text}");
-        assert!(text.contains(expected), "{text}\nshould say: {expected}");
+        assert!(text.contains(expected), "{text}\nshould contain: {expected}");
     }
 }

@@ -9,7 +9,7 @@ use super::super::surface::Body;
 use super::grid::{FineGrid, Sheet};
 use super::template::Template;
 
-/// For each ring of the box, how much larger the bone is than its template, by the angle about the axis.
+/// For each ring of the box, ratio of the bone to its template, by the angle about the axis.
 ///
 /// The box is stretched along rays by the same ratio, which cannot fold it.
 pub(super) struct Core {
@@ -42,7 +42,7 @@ impl Core {
         Self { body, rings, ratios: (0..rings).map(ring).collect() }
     }
 
-    /// Where a point of the template's box goes. The last ring is a smaller copy of the bone's tip and moves with it.
+    /// Image of a point of the template's box. The last ring is a smaller copy of the bone's tip and moves with it.
     pub(super) fn place(&self, point: Point, core: Vector3<f64>, fine: &FineGrid, bone: &Sheet) -> Vector3<f64> {
         if point[0] == self.rings {
             return core + Mapping::core_size() * bone.shift(fine.place(point));

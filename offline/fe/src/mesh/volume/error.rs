@@ -15,7 +15,7 @@ pub enum VolumeError {
         field: &'static str,
         /// Its value.
         value: String,
-        /// What it has to satisfy.
+        /// The required condition.
         rule: String,
     },
     /// Labels of the volume that the settings do not name.
@@ -23,7 +23,7 @@ pub enum VolumeError {
     UnknownLabel {
         /// The label.
         label: u16,
-        /// How many voxels have it.
+        /// Number of voxels that have it.
         voxels: usize,
         /// All labels with their voxels.
         found: String,
@@ -43,9 +43,9 @@ pub enum VolumeError {
     TooShort {
         /// `the finger` or `the bone`.
         what: &'static str,
-        /// How far it reaches.
+        /// Its extent.
         reach_mm: f64,
-        /// Where the cut is.
+        /// Place of the cut.
         length_mm: f64,
     },
     /// No joint gap between the cut and the tip.
@@ -54,7 +54,7 @@ pub enum VolumeError {
          phalanx and an end of the next bone: change length_mm, separate the bones, or give joint_from_tip_mm"
     )]
     NoJoint {
-        /// Where the cut is.
+        /// Place of the cut.
         length_mm: f64,
         /// Pieces of bone.
         pieces: usize,
@@ -69,9 +69,9 @@ pub enum VolumeError {
         surface: &'static str,
         /// Voxel where the ray begins.
         from: [i64; 3],
-        /// Voxel through which it goes.
+        /// Voxel that defines the ray's direction.
         through: [i64; 3],
-        /// What it does.
+        /// The defect along the ray.
         what: String,
         /// Where along the finger, mm.
         from_tip_mm: f64,
@@ -81,7 +81,7 @@ pub enum VolumeError {
     /// The template could not be fitted.
     #[error("no fingertip was recognised: {0}")]
     Fit(String),
-    /// The mesh that came out was refused.
+    /// The resulting mesh was refused.
     #[error("the mesh of the volume: {0}")]
     Mesh(#[from] MeshError),
 }

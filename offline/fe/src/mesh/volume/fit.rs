@@ -1,5 +1,5 @@
-//! A parametric fingertip laid through the borders of the labels: the template that the mesh's grid is taken from.
-//! What it misses is made up for afterwards; it only has to be near.
+//! A parametric fingertip fitted to the borders of the labels: the template of the mesh's grid. It only has to be near;
+//! later steps correct its errors.
 
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, TerminationReason, minimise};
 use nalgebra::{DVector, Vector3};
@@ -8,13 +8,14 @@ use rayon::prelude::*;
 use super::super::surface::{Body, Taper};
 use super::error::VolumeError;
 
-/// Parameters: value, where it is without data, and how far data may easily draw it.
+/// Parameters: value, prior value, and standard deviation of the prior.
 struct Parameter {
     start: f64,
     spread: f64,
 }
 
-/// A prior as heavy as points this far off, mm, at first and in the end: it decides only what the points leave open.
+/// A prior as heavy as points this far off, mm, at first and in the end: it determines only the directions that the
+/// points do not.
 const PRIOR_MM: [f64; 2] = [0.01, 1e-4];
 /// More points than this do not help.
 const MOST_POINTS: usize = 8000;
@@ -27,12 +28,12 @@ pub(super) struct Sample {
     pub(super) step: Vector3<f64>,
 }
 
-/// Weight of distances that the voxels leave open, beside those that they rule out.
+/// Weight of errors within the resolution of the voxels, relative to those beyond it.
 const OPEN: f64 = 0.02;
 
 struct Fit<'a, F: Fn(&[f64]) -> (Body, Vector3<f64>) + Sync> {
     points: &'a [Sample],
-    /// Whether what the voxels leave open counts little, or like all else.
+    /// Whether errors within the resolution of the voxels count little, or like all others.
     within_voxels: bool,
     parameters: &'a [Parameter],
     body: F,
@@ -89,7 +90,8 @@ fn fit(
     let sparse: Vec<_> = points.iter().copied().step_by(points.len().div_ceil(MOST_POINTS)).collect();
     let mut at: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     let mut problem = Fit { points: &sparse, within_voxels: false, parameters, body };
-    // First by plain distances; then the voxels' terraces, which all lie off the same way on a flat, are let go.
+    // First by plain distances; then without the errors of the voxels' terraces, which all have the same sign on a
+    // flat.
     for within_voxels in [false, true] {
         problem.within_voxels = within_voxels;
         let tolerance = if within_voxels { 1e-6 } else { 1e-8 };
@@ -115,7 +117,7 @@ pub(super) struct OuterFit {
     pub(super) rms_mm: f64,
 }
 
-/// Keeps exponents where the template is defined.
+/// Keeps exponents in the range in which the template is defined.
 fn exponent(value: f64) -> f64 {
     value.clamp(2.0, 6.0)
 }

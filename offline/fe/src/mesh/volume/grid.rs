@@ -38,7 +38,7 @@ impl Sheet {
         [self.positions[place], self.normals[place]]
     }
 
-    /// How far a point lies from the template.
+    /// Distance of a point from the template.
     pub(super) fn shift(&self, place: usize) -> Vector3<f64> {
         self.positions[place] - self.template[place]
     }
@@ -143,7 +143,7 @@ impl FineGrid {
             (0..template.len()).map(|n| template[n] + offsets[n] * crossings[n].direction).collect();
         let mut normals = normals(&positions, &self.quads);
         for (normal, first) in normals.iter_mut().zip(&self.first_ring) {
-            // The skin's inner nodes stay in the cut.
+            // The skin's inner nodes are kept in the cut.
             if *first {
                 normal.x = 0.0;
                 normal.normalize_mut();

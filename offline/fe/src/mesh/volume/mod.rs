@@ -1,10 +1,9 @@
 //! A labelled volume (outside, soft tissue, bone, nail) becomes the mesh of a fingertip.
 //!
 //! Main types: [`LabelVolume`], [`VolumeGeometry`]; [`volume_fingertip`] makes a [`VolumeFingertip`] with its
-//! [`VolumeReport`]; [`phantom`] makes the test volume.
-//! The way: a parametric template is fitted to the labels' borders; its grid is carried along rays from the axis onto
-//! the smoothest surfaces that the labels allow; skin, layers, nail and sets are made as for the parametric fingertip.
-//! May use: the rest of mesh.
+//! [`VolumeReport`]; [`phantom`] makes the test volume. Method: a parametric template is fitted to the labels' borders;
+//! its grid is carried along rays from the axis onto the smoothest surfaces that the labels allow; skin, layers, nail
+//! and sets are made as for the parametric fingertip. May use: the rest of mesh.
 
 mod core_box;
 mod error;
@@ -42,11 +41,11 @@ pub struct VolumeFingertip {
     pub fingertip: Fingertip,
     /// The parametric shape nearest to the labels, from which the grid was taken.
     pub template: FingertipShape,
-    /// How well it went.
+    /// Quality of the import.
     pub report: VolumeReport,
 }
 
-/// How well a volume was followed.
+/// Errors of the mesh against the volume.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct VolumeReport {
     /// Spacing of the voxels, distal, lateral, dorsal, mm.
@@ -65,7 +64,7 @@ pub struct VolumeReport {
     pub dropped_voxels: usize,
 }
 
-/// How well a surface was followed.
+/// Errors of a surface against the labels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct SurfaceReport {
     /// Rays that measured it.
@@ -76,14 +75,15 @@ pub struct SurfaceReport {
     pub offset_mm: [f64; 2],
     /// Root mean square distance of the surface from the labels' border, along rays, mm.
     pub border_rms_mm: f64,
-    /// Greatest distance beyond what the voxels leave open, along rays, mm.
+    /// Greatest distance beyond the resolution of the voxels, along rays, mm.
     pub beyond_voxels_mm: f64,
 }
 
 /// Makes and checks the mesh of a labelled finger.
 ///
-/// Errors: [`VolumeError`] says where: unknown or missing labels, a finger that is too short, no joint gap, a surface
-/// that is not star-shaped about its axis, an inverted element.
+/// # Errors
+/// [`VolumeError`] names the place: unknown or missing labels, a finger that is too short, no joint gap, a surface that
+/// is not star-shaped about its axis, an inverted element.
 pub fn volume_fingertip(
     volume: &LabelVolume,
     settings: &VolumeGeometry,

@@ -5,10 +5,11 @@ use super::super::surface::Body;
 use super::VolumeGeometry;
 use super::tissue::{Kind, Pose, Tissue};
 
-/// Less nail than this is taken for noise, mm³.
+/// Less nail than this is noise, mm³.
 const LEAST_MM3: f64 = 5.0;
 
-/// Sets the nail of `shape`: settings first, then the label, then where shape E has it. Whether the label was used.
+/// Sets the nail of `shape`: by the settings first, then by the label, then as in shape E. Returns whether the label
+/// was used.
 pub(super) fn measure(shape: &mut FingertipShape, tissue: &Tissue, pose: Pose, settings: &VolumeGeometry) -> bool {
     let measured = from_label(shape, tissue, pose);
     let length = settings.length_mm;

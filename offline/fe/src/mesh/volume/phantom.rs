@@ -1,4 +1,4 @@
-//! The parametric fingertip as a label volume, to test the way from a volume to a mesh.
+//! The parametric fingertip as a label volume, to test the import of volumes.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -148,7 +148,7 @@ mod tests {
         let mm3 = |label| counts[&label] as f64 * voxel;
         let bone = Body::bone(&shape);
         let section = (bone.volume() - Body { tip_x: bone.tip_x - 1.0, ..bone }.volume()) * 1.0;
-        // 13 mm of shaft stand before the finger's own frame begins.
+        // 13 mm of shaft precede the origin of the finger's own frame.
         let more = 40.0 - settings.margin_mm - shape.length_mm;
         let bones = bone.volume() + section * (more - (shape.joint_end_mm - shape.joint_start_mm));
         assert!((mm3(label::BONE) / bones - 1.0).abs() < 0.01, "{} {bones}", mm3(label::BONE));

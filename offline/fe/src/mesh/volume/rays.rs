@@ -1,4 +1,4 @@
-//! Where rays from the axis leave the skin and the bone.
+//! Points where rays from the axis leave the skin and the bone.
 
 use nalgebra::Vector3;
 
@@ -9,9 +9,9 @@ use super::tissue::{Kind, Pose, Tissue};
 /// One measured point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Crossing {
-    /// How far beyond the template's point the ray leaves, mm; None where there is nothing to measure.
+    /// Distance from the template's point to the ray's exit, mm; None if it cannot be measured.
     pub(super) offset_mm: Option<f64>,
-    /// The labels leave this much open to both sides, along the ray, mm.
+    /// Slack of the labels to both sides, along the ray, mm.
     pub(super) slack_mm: f64,
     /// Direction of the ray, in the finger's frame.
     pub(super) direction: Vector3<f64>,
@@ -25,9 +25,9 @@ pub(super) struct Rays<'a> {
     pub(super) body: &'a Body,
     /// `the skin` or `the bone`.
     pub(super) surface: &'static str,
-    /// What is inside the surface.
+    /// Kinds inside the surface.
     pub(super) inside: fn(Kind) -> bool,
-    /// What may lie between two parts of the inside without harm.
+    /// Kinds that are allowed between two parts of the inside.
     pub(super) between: fn(Kind) -> bool,
     pub(super) noise: f64,
     /// x of the tip, mm, for messages.
@@ -42,9 +42,10 @@ impl Rays<'_> {
         Vector3::new(x, 0.0, self.body.axis_z + self.body.taper.height(x))
     }
 
-    /// Follows the ray through a point of the template to where it leaves the surface for good.
+    /// Follows the ray through a point of the template to its last exit from the surface.
     ///
-    /// Errors: it begins outside, never leaves, or leaves and comes back after more than a voxel.
+    /// # Errors
+    /// A ray that begins outside, never leaves, or enters again after more than a voxel.
     pub(super) fn crossing(&self, point: &Vector3<f64>) -> Result<Crossing, VolumeError> {
         let origin = self.origin(point);
         let (ray, h) = (point - origin, self.tissue.spacing_mm);

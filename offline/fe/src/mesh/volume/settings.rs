@@ -1,4 +1,4 @@
-//! How a label volume becomes a fingertip: what a configuration file says.
+//! Settings of the import of a label volume as a fingertip: the section of a configuration file.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::super::Nail;
 use super::VolumeError;
 
-/// Which labels are what.
+/// Roles of the labels.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Labels {
@@ -70,7 +70,7 @@ impl VoxelAxis {
 pub struct VolumeGeometry {
     /// The volume: NRRD or NIfTI; a relative name counts from the configuration file.
     pub file: PathBuf,
-    /// Which labels are what.
+    /// Roles of the labels.
     pub labels: Labels,
     /// Voxel direction that points to the fingertip.
     pub distal_axis: VoxelAxis,
@@ -92,10 +92,11 @@ pub struct VolumeGeometry {
     pub inclination_deg: f64,
     /// Skin faces up to this height above the plane at first touch are contact candidates.
     pub pad_height_mm: f64,
-    /// How far the labels' border may be off beyond their voxels, as a share of half a voxel: 1 for a perfect
-    /// segmentation, more for a rough one, which is smoothed the more.
+    /// Tolerance of the labels' border beyond their voxels, as a share of half a voxel: 1 for a perfect segmentation,
+    /// more for a rough one, which is then smoothed more.
     pub noise: f64,
-    /// Where the distal bone begins and the second bone ends, from the tip, if the label does not show a gap.
+    /// Distances of the start of the distal bone and the end of the second bone from the tip, if the label does not
+    /// show a gap.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint_from_tip_mm: Option<[f64; 2]>,
     /// How the nail is made.

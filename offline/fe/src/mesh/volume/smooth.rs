@@ -1,15 +1,17 @@
 //! The smoothest surface that the labels allow.
 //!
-//! Labels tell the border between two voxels, not where between them it runs. So the offset d from the template is
-//! the one of least bending among those that stay within the slack:
+//! Labels only locate the border between two voxels, not its position between them. So the offset d from the template
+//! is the one of least bending among those that stay within the slack:
 //!
-//!   sum A max(|d - t| - s, 0)² + h⁴ sum A (Laplacian d)² + rest sum A d²  least over d
+//! ```text
+//! sum A max(|d - t| - s, 0)² + h⁴ sum A (Laplacian d)² + rest sum A d²  least over d
+//! ```
 //!
-//! with t the measured offsets, s the slack, A areas, h the voxel size; where the labels leave it open, the tiny rest
-//! draws back to the template. It is the idea of Whitaker (2000, IEEE
-//! Symposium on Volume Visualization, 23-32), constraints from the voxels and else the smoothest surface, with two
-//! changes: it is the offset from a near template that is smoothed, so that the surface's own curvature does not draw
-//! it inward, and bending is least rather than area. Terraces of voxels vanish without a filter's loss of shape.
+//! with t the measured offsets, s the slack, A areas, h the voxel size. The tiny `rest` pulls offsets that the labels
+//! do not determine to the template. The method is that of Whitaker (2000, IEEE Symposium on Volume Visualization,
+//! 23-32), constraints from the voxels and otherwise the smoothest surface, with two changes: the offset from a near
+//! template is smoothed, so that the surface's own curvature does not pull it inward, and bending is minimised rather
+//! than area. Terraces of voxels vanish without a filter's loss of shape.
 
 use nalgebra::Vector3;
 
@@ -17,8 +19,8 @@ use nalgebra::Vector3;
 const REST: f64 = 1e-5;
 /// Most rounds of finding out which constraints act.
 const ROUNDS: usize = 30;
-/// Most steps of conjugate gradients in a round. They need not end: what they leave undone is long waves, from which
-/// the next round goes on, and it starts at the template, so that nothing rough is left.
+/// Most steps of conjugate gradients in a round. They need not converge: the remaining errors are long waves, which the
+/// next round reduces. The first round starts at the template, so that the errors are smooth.
 const STEPS: usize = 150;
 
 /// Points of a surface joined by quadrilaterals.
@@ -108,7 +110,7 @@ impl SurfaceGrid {
 
     /// Least bending within the slack: Newton's method on the piecewise quadratic energy, with step halving.
     ///
-    /// * `measured`: offset t and slack s of each point, mm; None where nothing is known
+    /// * `measured`: offset t and slack s of each point, mm; None if nothing is known
     /// * `voxel_mm`: h
     pub(super) fn smooth(&self, measured: &[Option<(f64, f64)>], voxel_mm: f64) -> Vec<f64> {
         let h4 = voxel_mm.powi(4);
@@ -218,7 +220,7 @@ mod tests {
             ("bump", error_of(|x, y| 0.8 * (-((x - 7.0).powi(2) + (y - 8.0).powi(2)) / 8.0).exp())),
         ] {
             println!("{name}: {error:.3} voxels");
-            // What labels leave open.
+            // Slack of the labels.
             assert!(error < 0.5, "{name}: {error} voxels");
         }
     }

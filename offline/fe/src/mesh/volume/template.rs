@@ -32,7 +32,7 @@ struct Border {
 }
 
 impl Template {
-    /// Places the finger, tells the bones apart, fits both surfaces.
+    /// Places the finger, separates the bones, fits both surfaces.
     pub(super) fn of(tissue: &mut Tissue, settings: &VolumeGeometry) -> Result<Self, VolumeError> {
         let length = settings.length_mm;
         split_bones(tissue, settings)?;
@@ -119,8 +119,8 @@ fn borders(tissue: &Tissue, pose: Pose, of: fn(Kind) -> bool) -> impl Iterator<I
     })
 }
 
-/// Turn about the dorsal axis: of the line through the middles of the sections, degrees. Sections across the line
-/// itself are taken, hence the rounds: those askew are off where the finger narrows.
+/// Turn about the dorsal axis: of the line through the middles of the sections, degrees. The sections are perpendicular
+/// to the line itself, hence the iteration: oblique sections give wrong middles where the finger narrows.
 fn yaw_of(tissue: &Tissue, length_mm: f64) -> f64 {
     let inside: Vec<Vector3<f64>> = (0..tissue.kinds.len())
         .filter(|v| tissue.kinds[*v].is_inside())
@@ -156,7 +156,7 @@ fn yaw_of(tissue: &Tissue, length_mm: f64) -> f64 {
     yaw.to_degrees()
 }
 
-/// Tells the distal phalanx from the next bone; other bits of bone become soft tissue.
+/// Separates the distal phalanx from the next bone; other bits of bone become soft tissue.
 fn split_bones(tissue: &mut Tissue, settings: &VolumeGeometry) -> Result<(), VolumeError> {
     let filled = |i: usize| tissue.kinds[..].iter().enumerate().any(|(v, k)| k.is_inside() && tissue.place(v)[0] == i);
     let tip = (0..tissue.size[0]).rev().find(|&i| filled(i)).map_or(0, |i| i + 1);

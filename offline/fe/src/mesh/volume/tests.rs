@@ -29,8 +29,7 @@ fn outer_nodes(fingertip: &Fingertip) -> BTreeSet<u32> {
     fingertip.outer_faces.iter().flatten().copied().collect()
 }
 
-/// Where the finger's frame stands among the voxels, from what the mesh says of a distance function: the worst and
-/// the root mean square over the skin's nodes.
+/// Errors of the skin's nodes against a distance function in the finger's frame: the worst and the root mean square.
 fn off(fingertip: &Fingertip, distance: impl Fn(&Vector3<f64>) -> f64) -> (f64, f64) {
     let nodes = outer_nodes(fingertip);
     let touch = &fingertip.touch;
@@ -118,7 +117,7 @@ fn a_finger_that_is_no_template_is_followed() {
     let volume = warped_volume(0.0);
     let made = volume_fingertip(&volume, &geometry, &MeshPreset::Default.divisions()).unwrap();
     println!("{:#?}", made.report);
-    // The frame of the finger is where the template's tip and axis are; find it from the skin itself.
+    // The frame of the finger is that of the template's tip and axis; it is computed here from the skin itself.
     let distance = |p: &Vector3<f64>| body.distance(&warped(p));
     let start = Vector3::zeros();
     let frame = (0..80).fold(start, |shift, _| {
@@ -162,7 +161,7 @@ fn a_finger_that_is_no_template_is_followed() {
     println!("normals of the pad, {} nodes of {hexes} hexes: {rms_deg:.2}° rms, {worst_deg:.2}° worst", angles.len());
     assert!(rms_deg < 4.0 && worst_deg < 15.0, "{rms_deg} {worst_deg}");
 
-    // The other way: from points of the true surface to the mesh.
+    // The opposite direction: from points of the true surface to the mesh.
     let mesh = &made.fingertip.mesh;
     let mut far = 0.0f64;
     for i in 0..40 {
@@ -224,7 +223,7 @@ fn the_order_of_axes_in_the_file_does_not_matter() {
         a.mesh.nodes.iter().zip(&b.mesh.nodes).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
     };
     assert!(apart(&plain.fingertip, &other.fingertip) < 1e-6, "{}", apart(&plain.fingertip, &other.fingertip));
-    // A scanner that stands askew changes nothing; one that counts the other way mirrors the finger.
+    // A rotated scanner frame changes nothing; a reversed axis mirrors the finger.
     let askew = Rotation3::from_euler_angles(0.3, -0.7, 1.1);
     turned.steps_mm = turned.steps_mm.map(|s| askew * s);
     assert!(apart(&plain.fingertip, &coarse(&turned, &geometry).unwrap().fingertip) < 1e-6);
@@ -254,7 +253,7 @@ fn bad_volumes_are_refused_with_place_and_labels() {
     let say = |error: VolumeError, expected: &[&str]| {
         let text = error.to_string();
         println!("{text}");
-        assert!(expected.iter().all(|e| text.contains(e)), "{text}\nshould say {expected:?}");
+        assert!(expected.iter().all(|e| text.contains(e)), "{text}\nshould contain {expected:?}");
     };
 
     let odd = changed(&|p, l| if l == 1 && p.x > 20.0 { 7 } else { l });
@@ -268,19 +267,19 @@ fn bad_volumes_are_refused_with_place_and_labels() {
         if gap && (p.z - 3.2).abs() < 1.0 && p.y.abs() < 1.0 { 2 } else { l }
     });
     say(refused(&fused, &plain), &["no joint gap within 25 mm", "1 piece(s)", "joint_from_tip_mm"]);
-    let told = VolumeGeometry { joint_from_tip_mm: Some([16.0, 18.0]), ..plain.clone() };
-    coarse(&fused, &told).unwrap();
+    let with_joint = VolumeGeometry { joint_from_tip_mm: Some([16.0, 18.0]), ..plain.clone() };
+    coarse(&fused, &with_joint).unwrap();
     let long = VolumeGeometry { length_mm: 29.9, ..plain.clone() };
     say(refused(&volume, &long), &["the finger ends", "length_mm = 29.9"]);
     let distal_only = VolumeGeometry { length_mm: 15.0, ..plain.clone() };
     say(refused(&volume, &distal_only), &["no joint gap within 15 mm"]);
-    // A cut under the pulp, open to the side: the ray down leaves and comes back.
+    // A cut under the pulp, open to the side: the ray down leaves and enters again.
     let cut =
         changed(&|p, l| if p.y > -2.0 && (13.0..16.0).contains(&p.x) && (-4.0..-2.5).contains(&p.z) { 0 } else { l });
     say(refused(&cut, &plain), &["the skin is not star-shaped", "inside again", "mm from the tip", "voxels"]);
     let hooked = changed(&|p, l| if l == 2 && p.x > 12.0 && p.x < 14.5 && p.z < 4.4 && p.z > 3.2 { 1 } else { l });
     say(refused(&hooked, &plain), &["the bone is not star-shaped"]);
-    // A pocket of air and a speck beside the finger are mended and told.
+    // A pocket of air and a speck beside the finger are repaired and reported.
     let dirty = changed(&|p, l| {
         let pocket = (p - Vector3::new(15.0, 0.0, -4.0)).norm() < 0.7;
         let speck = (p - Vector3::new(5.0, 10.5, 5.0)).norm() < 0.7;

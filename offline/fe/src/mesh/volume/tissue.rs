@@ -1,11 +1,11 @@
-//! The volume turned to the finger's axes, cut near the fingertip, cleaned, and its pieces told apart.
+//! The volume turned to the finger's axes, cut near the fingertip, cleaned, and separated into its pieces.
 
 use nalgebra::{Rotation3, Vector3};
 
 use super::error::VolumeError;
 use super::{LabelVolume, VolumeGeometry};
 
-/// What a voxel is.
+/// Kind of a voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -56,7 +56,7 @@ pub(super) struct Tissue {
     /// Voxels of air enclosed by tissue, taken as soft tissue, and of specks apart from the finger, dropped.
     pub(super) filled: usize,
     pub(super) dropped: usize,
-    /// Axis of the file that each axis came from, its sign, and the first voxel that was kept.
+    /// File axis of each axis, its sign, and the first voxel that was kept.
     axes: [(usize, f64); 3],
     file_size: [usize; 3],
     first: usize,

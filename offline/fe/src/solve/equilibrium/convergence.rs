@@ -1,38 +1,40 @@
-//! How a search for equilibrium goes: when the factor is renewed, how exact contact must be solved, when to give up.
+//! Control of a search for equilibrium: when the factor is renewed, how exactly contact is solved, when the search ends
+//! without a result.
 
 use super::residual::Residual;
 use crate::solve::increment::{SolveError, SolverSettings};
 
-/// Residual over contact force after the first iteration above which it says nothing of a rate.
+/// Residual over contact force after the first iteration above which it is no measure of a rate.
 ///
-/// The first step moves the pad by as much as the plane, and its quadratic error stands in the bulk modulus, on fine meshes
-/// thousands of contact forces high; the next iteration takes it off whether the factor is fresh or not, and a factor made
-/// there serves no iteration after that one.
+/// The first step moves the pad by as much as the plane. Its quadratic error is multiplied by the bulk modulus, on fine
+/// meshes thousands of contact forces high. The next iteration removes it with a fresh factor or an old one, and a
+/// factor made there serves no iteration after that one.
 const FIRST_RESIDUAL: f64 = 10.0;
 
-/// Residual over the last one that a kept factor is taken to leave where nothing is known of it.
+/// Assumed ratio of the residual over the last one with a kept factor whose quality is unknown.
 const USUAL_RATE: f64 = 0.35;
 
-/// Residual over the last one, with a new factor and near equilibrium, above which single precision is given up.
+/// Residual over the last one, with a new factor and near equilibrium, above which the factor changes to double
+/// precision.
 const SINGLE_CONTRACTION: f64 = 0.7;
 
-/// Error of the contact problem over the way that contact pushes its dofs, below which there is rounding.
+/// Error of the contact problem over the displacement of its dofs by contact, below which it is rounding.
 pub(super) const CONTACT_ROUNDING: f64 = 8e-13;
 
-/// Residual over the last one above which what the contact problem left is taken for the cause, if it left anything.
+/// Residual over the last one above which the error of the contact problem, if there is one, is taken for the cause.
 const CONTACT_CONTRACTION: f64 = 0.5;
 
-/// Residual over contact force below which a search that makes no progress is not given up for that: the factor may turn to
-/// double precision yet.
+/// Residual over contact force below which a search without progress continues: the factor may still change to double
+/// precision.
 const NEAR_EQUILIBRIUM: f64 = 1e-4;
 
-/// Residual over the last one with a new factor above which the search is given up.
+/// Residual over the last one with a new factor above which the search is abandoned.
 const DIVERGENCE: f64 = 4.0;
 
-/// How the search has gone so far, and what it says of the factor and of the contact subproblem.
+/// History of the search, with the resulting decisions on the factor and on the contact subproblem.
 pub(super) struct Convergence {
     pub iteration: u32,
-    /// Norms of the last two residuals, N; infinite where they say nothing of a rate.
+    /// Norms of the last two residuals, N; infinite if they are no measure of a rate.
     pub previous: f64,
     pub before: f64,
     /// Whether the factor is to be renewed.
@@ -41,7 +43,7 @@ pub(super) struct Convergence {
     pub factor_is_new: bool,
     /// Whether the residual grew much although the factor was new.
     pub diverges: bool,
-    /// How far contact pushed its dofs in the last iteration, mm.
+    /// Displacement of the contact dofs in the last iteration, mm.
     pub displacement_scale: f64,
     /// Whether the last correction was not taken whole.
     pub was_cut: bool,
@@ -52,7 +54,7 @@ pub(super) struct Convergence {
     /// Least residual so far, N, and the iterations since then.
     pub least: f64,
     pub idle: u32,
-    /// What the contact subproblem may leave and what it left last, mm.
+    /// Allowed and last error of the contact subproblem, mm.
     pub contact_tolerance: f64,
     pub contact_error: f64,
 }
@@ -77,7 +79,7 @@ impl Convergence {
         }
     }
 
-    /// Gives up a search that has taken too long or does not stay finite.
+    /// Ends a search that takes too long or is not finite.
     pub fn check(&mut self, residual: &Residual, settings: &SolverSettings) -> Result<(), SolveError> {
         let progresses = residual.norm < self.least || residual.norm < NEAR_EQUILIBRIUM * residual.reference;
         self.idle = if progresses { 0 } else { self.idle + 1 };
@@ -110,14 +112,14 @@ impl Convergence {
                 self.contact_tolerance = 0.01 * self.contact_error;
             }
             let contraction = norm / self.previous;
-            // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff
-            // ones, which the next iteration takes off), so that the rate is that of the last two.
+            // Good and bad iterations alternate (a displacement of the soft modes leaves a residual of the stiff ones,
+            // which the next iteration removes), so that the rate is that of the last two.
             let rate = match (self.before.is_finite(), self.previous.is_finite()) {
                 (true, _) => (norm / self.before).sqrt(),
                 (false, true) => contraction,
                 (false, false) => USUAL_RATE,
             };
-            // Iterations still needed at this rate, against what a new factor costs.
+            // Iterations still needed at this rate, against the cost of a new factor.
             let left = (settings.tolerance * reference / norm).ln() / rate.min(0.999).ln();
             if left > settings.refresh_cost_iterations {
                 self.factor_is_stale = true;
@@ -129,10 +131,10 @@ impl Convergence {
             self.diverges = self.factor_is_new && contraction > DIVERGENCE;
         }
         self.factor_is_stale |= needs_double;
-        // The guess hardly strains the stiff modes: its residual says nothing of a rate.
+        // The guess hardly strains the stiff modes: its residual is no measure of a rate.
         self.before = if self.factor_is_new || self.iteration <= 1 { f64::INFINITY } else { self.previous };
-        let says_nothing = self.iteration == 1 && norm > FIRST_RESIDUAL * reference;
-        self.previous = if says_nothing { f64::INFINITY } else { norm };
+        let is_no_measure = self.iteration == 1 && norm > FIRST_RESIDUAL * reference;
+        self.previous = if is_no_measure { f64::INFINITY } else { norm };
         self.factor_is_new = false;
         needs_double
     }

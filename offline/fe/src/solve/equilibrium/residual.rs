@@ -1,11 +1,11 @@
-//! What is out of balance: internal forces, the contact's, and driven forces that are not reached.
+//! The residual: internal forces, contact forces, and driven forces that are off their targets.
 
 use super::{Increment, Iterate};
 use crate::contact::Tangential;
 use crate::solve::Solver;
 use crate::solve::increment::WRENCH_OF;
 
-/// What is out of balance, N.
+/// The residual, N.
 pub(in crate::solve) struct Residual {
     /// All dofs.
     pub total: Vec<f64>,
@@ -18,7 +18,7 @@ pub(in crate::solve) struct Residual {
 }
 
 impl Solver<'_> {
-    /// What is out of balance at an iterate.
+    /// The residual at an iterate.
     pub(super) fn residual(&self, iterate: &Iterate, increment: &Increment) -> Residual {
         let Iterate { at, plane, internal, .. } = iterate;
         let first = self.body.dofs.first_contact_dof;
@@ -47,7 +47,7 @@ impl Solver<'_> {
     }
 }
 
-/// What driven forces and moments are off their targets, N; moments over `length_mm`.
+/// Differences of driven forces and moments from their targets, N; moments over `length_mm`.
 pub(in crate::solve) fn imbalance(wrench: &[f64; 6], target: &[Option<f64>; 6], length_mm: f64) -> [f64; 6] {
     std::array::from_fn(|k| {
         let component = WRENCH_OF[k];

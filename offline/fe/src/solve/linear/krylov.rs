@@ -1,20 +1,20 @@
 //! Krylov solution of a linear system whose matrix is only applied.
 
-/// What [`gmres`] found.
+/// Result of [`gmres`].
 pub struct KrylovSolution {
     /// The solution.
     pub x: Vec<f64>,
     /// Applications of the matrix.
     pub iterations: usize,
-    /// Norm of what is left of the right-hand side.
+    /// Norm of the residual.
     pub residual: f64,
 }
 
-/// Solves `A x = b` by GMRES (Saad & Schultz 1986) with the preconditioner on the right, from x = 0, until the norm of the
-/// residual is at most `tolerance` or after `most` iterations.
+/// Solves `A x = b` by GMRES (Saad & Schultz 1986) with the preconditioner on the right, from x = 0, until the norm of
+/// the residual is at most `tolerance` or after `most` iterations.
 ///
-/// `apply` overwrites its second argument by A times the first; `precondition` overwrites its argument by what nearly
-/// solves the system for it.
+/// `apply` overwrites its second argument by A times the first; `precondition` overwrites its argument by an
+/// approximate solution for it.
 pub fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]),

@@ -214,7 +214,7 @@ impl<T: Real> Numeric<T> {
         }
     }
 
-    /// `out += G force`, both of all contact dofs, none of which bears a force before those of the compliance.
+    /// `out += G force`, both of all contact dofs; no dof before those of the compliance may have a force.
     pub fn add_compliance_times(&self, force: &[f64], out: &mut [f64]) {
         let first = force.len() - self.compliance.nrows();
         debug_assert!(force[..first].iter().all(|&f| f == 0.0), "a force where there is no compliance");
@@ -323,8 +323,8 @@ impl<T: Real> Numeric<T> {
 /// Columns of a factor that a solve takes at a time, so that each is read once and the right-hand side seldom.
 const BLOCK: usize = 8;
 
-/// Forward solve with the columns of a trapezoid: `x` is the right-hand side of its own `columns` rows and, after them, what
-/// the rows below have got so far. `column` gives a column from its diagonal on.
+/// Forward solve with the columns of a trapezoid: `x` is the right-hand side of its own `columns` rows and, after them,
+/// the sums of the rows below so far. `column` gives a column from its diagonal on.
 #[inline(always)]
 fn forward<'a, T: Real + 'a>(columns: usize, column: impl Fn(usize) -> &'a [T], x: &mut [T]) {
     let mut first = 0;

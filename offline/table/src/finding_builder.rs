@@ -1,6 +1,6 @@
-//! What the fits of a table are told as: cells, steps, candidates, sentences, corrected tables.
+//! Report of the fits of a table: cells, steps, candidates, sentences, corrected tables.
 //!
-//! Main type: [`Telling`]. Computes nothing but differences and root mean squares of what it is given.
+//! Main type: [`FindingBuilder`]. Computes only differences and root mean squares of its inputs.
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ use super::search::Candidate;
 use super::surface::FittedSurface;
 use super::verdict::{APART, Answer};
 
-/// Models before anything is added, with what they read.
+/// Models before any effect is added, with their readings.
 pub struct Before {
     /// The finger as given.
     pub published: Values,
@@ -32,8 +32,8 @@ pub struct Before {
     pub calibrated: Vec<[f64; 3]>,
 }
 
-/// What the answer is told from.
-pub struct Telling<'a> {
+/// Inputs of the report.
+pub struct FindingBuilder<'a> {
     /// Table and finger.
     pub input: &'a Input<'a>,
     /// Shape of the finger.
@@ -42,13 +42,13 @@ pub struct Telling<'a> {
     pub surface: &'a FittedSurface,
     /// All candidates, the one without effects first.
     pub candidates: &'a [Candidate],
-    /// What they come to.
+    /// The verdict on them.
     pub answer: &'a Answer,
     /// The models before anything is added.
     pub before: &'a Before,
 }
 
-impl Telling<'_> {
+impl FindingBuilder<'_> {
     fn best(&self) -> &Fitted {
         &self.candidates[self.answer.best].fitted
     }
@@ -82,7 +82,7 @@ impl Telling<'_> {
             contenders: self.answer.contenders.iter().map(|k| name_of(&self.candidates[*k])).collect(),
             noise_factor: self.best().noise,
             spread_given: table.has_spread(),
-            cannot_tell: self.cannot_tell(untested),
+            cannot_tell: self.undetermined(untested),
             decides: rivals.sentences(),
             cells,
         };
@@ -132,7 +132,7 @@ impl Telling<'_> {
         table.numbers().iter().map(one).collect()
     }
 
-    /// A measured number without what the instruments add; needs normal force and friction of its row.
+    /// A measured number without the effects of the instruments; needs normal force and friction of its row.
     fn without_instruments(&self, row: usize, quantity: usize) -> Option<f64> {
         let table = &self.input.table;
         let [normal, area, coefficient] = MeasuredTable::cells(&table.rows[row]);
@@ -277,7 +277,7 @@ impl Telling<'_> {
         Effect::ALL.iter().map(test).collect()
     }
 
-    /// The effects of the best explanation, each with the others that stand in its place.
+    /// The effects of the best explanation, each with the alternatives to it.
     fn effects(&self) -> Vec<EffectFound> {
         let best = self.best();
         let none = self.candidates[0].fitted.cost;
@@ -312,8 +312,8 @@ impl Telling<'_> {
         best.model.effects.iter().map(one).collect()
     }
 
-    /// What the table cannot tell.
-    fn cannot_tell(&self, untested: &[(Effect, String)]) -> Vec<String> {
+    /// Constants and effects that the table does not determine.
+    fn undetermined(&self, untested: &[(Effect, String)]) -> Vec<String> {
         let table = &self.input.table;
         let mut out = vec![format!(
             "{} numbers at {} depths against {} fitted ones: they allow an explanation, no proof.",
@@ -325,14 +325,14 @@ impl Telling<'_> {
             self.answer.contenders.iter().skip(1).map(|k| name_of(&self.candidates[*k])).collect();
         if !rivals.is_empty() {
             out.push(format!(
-                "{} cannot be told from {}.",
+                "{} cannot be distinguished from {}.",
                 name_of(&self.candidates[self.answer.best]),
                 rivals.join(", ")
             ));
         }
         if !table.has_spread() {
             out.push(
-                "Not every cell came with its spread (columns ..._sd): 5 % is assumed there, and how far that is wrong \
+                "Not every cell has its own spread (columns ..._sd): 5 % is assumed there, and its error \
                  is fitted too."
                     .into(),
             );
@@ -340,7 +340,7 @@ impl Telling<'_> {
         out.extend(untested.iter().map(|(effect, reason)| format!("{} was not tested: {reason}.", effect.name())));
         out.push(
             "Stiffness, touch point and strength are fitted in every model: that a finger is softer or moister than the \
-             simulated one is no effect, and an equal error of all depths cannot be told from another touch point."
+             simulated one is no effect, and an equal error of all depths cannot be distinguished from another touch point."
                 .into(),
         );
         out

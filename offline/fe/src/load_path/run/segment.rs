@@ -1,4 +1,4 @@
-//! The way to a row: its length in steps, the places on it, and where the search for one starts.
+//! The segment of a path to a row: its length in steps, the places on it, and the start of the search for one.
 
 use nalgebra::Rotation3;
 
@@ -19,7 +19,7 @@ const TURN_ARM_MM: f64 = 4.0;
 /// Largest spin of an increment in steady slip, rad, as that of a spin before it.
 const STEADY_SPIN_RAD: f64 = 0.15;
 
-/// A place on the way to a row.
+/// A place on the segment to a row.
 pub(super) struct Point {
     pub t_s: f64,
     /// Values of the plane's coordinates: mm, rad, N or N mm.
@@ -32,7 +32,7 @@ impl Run<'_, '_> {
         self.path.coordinates(row, self.problem.neutral_pitch_deg)
     }
 
-    /// Length of the way to a row, in largest steps.
+    /// Length of the segment to a row, in largest steps.
     pub(super) fn length_of(&self, row: usize) -> f64 {
         let (a, b) = (self.corner(row - 1), self.corner(row));
         let drives = self.path.coordinate_drives();
@@ -73,7 +73,7 @@ impl Run<'_, '_> {
         }
     }
 
-    /// The point `share` of the way to the row being approached.
+    /// The point at `share` of the segment to the row being approached.
     pub(super) fn point(&self, share: f64) -> Point {
         let (row, waypoints) = (self.run.row, &self.path.waypoints);
         let (a, b) = (self.corner(row - 1), self.corner(row));
@@ -93,7 +93,7 @@ impl Run<'_, '_> {
         }))
     }
 
-    /// Where the search for a step of `size` starts: the last motion continued, if it was not much shorter.
+    /// Start of the search for a step of `size`: the last motion continued, if it was not much shorter.
     pub(super) fn guess(&self, size: f64) -> Guess {
         let run = &self.run;
         let mut guess = Guess::at(&run.state);

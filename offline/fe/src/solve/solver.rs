@@ -11,7 +11,7 @@ use super::{
 use crate::assembly::{Body, BodyError, Configuration};
 use crate::contact::{ContactState, Friction, Outline, Pad, PenaltySettings, Plane, RigidBody, Surface, Totals};
 
-/// From what the factor of the bulk stiffness was made.
+/// Origin of the factor of the bulk stiffness.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct FactorOrigin {
     pub configuration: Configuration,
@@ -19,9 +19,9 @@ pub(super) struct FactorOrigin {
     pub plane: Plane,
 }
 
-/// What the factor of a solver depends on, to be made again.
+/// Record from which the factor of a solver can be made again.
 ///
-/// The factor is kept over many increments, and which one is in use decides the last digits of what is found.
+/// The factor is kept over many increments, and the last digits of the results depend on the factor in use.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct FactorRecord {
     precision: Precision,
@@ -59,12 +59,12 @@ pub struct Solver<'a> {
     pub(super) settings: SolverSettings,
     pub(super) factor: Factor,
     pub(super) factor_is_set: bool,
-    /// What the factor was made from, if it is set and without viscous forces.
+    /// Origin of the factor, if it is set and without viscous forces.
     pub(super) factor_origin: Option<FactorOrigin>,
-    /// What solves the contact problems of an increment; none of it is kept from one to the next, so that an increment's
-    /// result depends on its start alone.
+    /// Factor of the contact problems of an increment. It is not kept from one increment to the next, so that an
+    /// increment's result depends on its start alone.
     pub(super) contact_factor: KeptFactor,
-    /// Whether a force or a moment decides how far the plane is from the finger.
+    /// Whether a force or a moment determines the distance of the plane from the finger.
     pub(super) plane_gives_way: bool,
     /// Contact dofs (0 based among them) that move each surface node, with their weights.
     pub(super) slots: Vec<Vec<(usize, f64)>>,
@@ -73,7 +73,7 @@ pub struct Solver<'a> {
     pub(super) viscosity: Vec<f64>,
     pub(super) undeformed_stiffness: Vec<f64>,
     pub(super) values: Vec<f64>,
-    /// Force on a node per penetration where it touches, N/mm.
+    /// Force on a touching node per penetration, N/mm.
     pub(super) penalty_stiffness: f64,
 }
 
@@ -89,8 +89,14 @@ impl<'a> Solver<'a> {
         let PadFaces { quads, triangles } = faces.into();
         let modulus_mpa = body.plane_strain_moduli_mpa();
         let moved_by = |node: u32| body.dofs.contact_parts(node);
-        let bears = |node: u32| moved_by(node).is_some();
-        let pad = Pad { quads, triangles, undeformed: &body.undeformed().x, modulus_mpa: &modulus_mpa, bears: &bears };
+        let can_carry = |node: u32| moved_by(node).is_some();
+        let pad = Pad {
+            quads,
+            triangles,
+            undeformed: &body.undeformed().x,
+            modulus_mpa: &modulus_mpa,
+            can_carry: &can_carry,
+        };
         let surface = Surface::new(&pad, &penalty);
         let penalty_stiffness = surface.penalty_stiffness();
         let first = body.dofs.first_contact_dof;
@@ -146,7 +152,7 @@ impl<'a> Solver<'a> {
         self.surface.set_rigid_body(body, outline, start);
     }
 
-    /// Changes the law from here on; the elastic slip of contact points is kept.
+    /// Changes the law for later increments; the elastic slip of contact points is kept.
     pub fn set_friction(&mut self, friction: Friction) {
         self.friction = friction;
     }
@@ -163,7 +169,7 @@ impl<'a> Solver<'a> {
         State { configuration, contact, totals: Totals::default() }
     }
 
-    /// A guess of a state: the body at `configuration`, what touches there and nothing of what it bears.
+    /// A guess of a state: the body at `configuration` and its touching nodes, without contact history.
     pub fn guessed_state(&self, configuration: Configuration, plane: impl Into<Plane>) -> State {
         let plane = plane.into();
         let positions = self.surface_positions(&configuration);
@@ -177,7 +183,7 @@ impl<'a> Solver<'a> {
         self.surface.nodes.iter().map(|&n| configuration.x[n as usize]).collect()
     }
 
-    /// What the factor depends on, for [`Self::restore_factor`].
+    /// Record of the factor for [`Self::restore_factor`].
     pub fn factor_record(&self) -> FactorRecord {
         FactorRecord {
             precision: self.factor.precision(),
@@ -202,7 +208,7 @@ impl<'a> Solver<'a> {
         Ok(())
     }
 
-    /// The next state, held back by viscous forces: not yet in equilibrium, on its way there.
+    /// The next state under viscous forces: not yet in equilibrium, but nearer to it.
     ///
     /// # Errors
     /// As [`Self::step`].
@@ -254,7 +260,7 @@ impl<'a> Solver<'a> {
 
     /// The next state in equilibrium.
     ///
-    /// `watch` is told the effort so far before every iteration and may stop the search.
+    /// `watch` receives the effort so far before every iteration and may stop the search.
     ///
     /// # Errors
     /// [`SolveError`]; `last` is untouched and the increment can be tried again with a smaller step.
