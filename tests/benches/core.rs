@@ -1,4 +1,5 @@
-//! Nanoseconds on the host for what `cargo xtask thumb count` counts in instructions: each step needs the one before.
+//! Nanoseconds on the host for the calls whose instructions `cargo xtask thumb count` counts: each step depends on the
+//! one before.
 
 #[path = "../../firmware-example/src/rivals.rs"]
 mod rivals;
@@ -13,7 +14,7 @@ fn main() {
     divan::main();
 }
 
-/// Presses, slides, turns: one motion after the other for ever.
+/// Presses, slides, turns: one motion after the other, repeated.
 fn motions() -> impl Iterator<Item = Motion> {
     (0u32..).map(|i| {
         let turn = (i / 256) % 4;

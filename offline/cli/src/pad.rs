@@ -39,7 +39,8 @@ pub struct Args {
     /// Patches, nearly: they come in mirrored pairs
     #[arg(long, value_name = "N", default_value_t = 37, value_parser = patches)]
     patches: usize,
-    /// Runs to fit to, at most; the others that may be fitted to give the bands
+    /// Runs to fit to, shared out over the kinds of motion by their number; each kind gives at least 15 % of N. The others that may be
+    /// fitted to give the bands
     #[arg(long, value_name = "N", default_value_t = 80)]
     fit_runs: usize,
     /// Patience of the fit: evaluations for each number at most

@@ -42,8 +42,9 @@ pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FactorPrice, FeConfirmation, FittedParameter, InputFile, InstrumentLag, LawTest, NextExperiment, NoiseFound,
-    PlannedRun, Region, Rescale, ScatterRatio, UnexplainedFound, Verdict, minutes,
+    FactorPrice, FeConfirmation, FittedParameter, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound,
+    NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, Stability, UnexplainedFound,
+    Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
@@ -55,5 +56,8 @@ pub use verdict::diagnosis::{Options, diagnose};
 pub use verdict::dry_run::understand;
 pub use verdict::evidence::{DriverPlot, Evidence};
 pub use verdict::exchanged::varied_in_calibration;
+pub use verdict::power::{PowerSettings, power};
+pub use verdict::redecision::{Outcome, Redecision};
 pub use verdict::regions::{BINS, CHANNELS, COLUMNS};
+pub use verdict::stability::stability;
 pub use verdict::traces::ForceTrace;

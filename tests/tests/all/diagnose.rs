@@ -6,8 +6,8 @@ use fingerpad::Effects;
 use fingerpad::ModelFile;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model, power,
-    replay_all, stability,
+    CORNEOMETER_SD_AU, Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model,
+    power, replay_all, stability,
 };
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
@@ -92,7 +92,9 @@ fn power_of(law: &'static str, sizes: &[f64], sets: usize, runs: usize) -> Power
     let (reference, settings) = (reference(), SelectionSettings::default());
     let again = Redecision::new(&evidence, &reference, &settings);
     let wanted = PowerSettings { seconds: 600.0, sizes: sizes.to_vec(), laws: vec![law], threads: 1, seed: 3 };
-    power(&again, &wanted, &|counted, _| if counted < sets { ControlFlow::Continue(()) } else { ControlFlow::Break(()) })
+    power(&again, &wanted, &|counted, _| {
+        if counted < sets { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })
 }
 
 /// An effect far above the noise is named in nearly all simulated sets and one far below it in hardly any; whenever the
@@ -134,7 +136,12 @@ fn an_effect_of_few_runs_does_not_stand_without_them() {
         let found = stability(&Redecision::new(&evidence, &reference, &settings), 10, 2, &|| ()).unwrap();
         assert_eq!(found.all.verdict, report.verdict);
         assert_eq!(found.groups.iter().map(|g| g.runs.len()).sum::<usize>(), 30);
-        println!("{:?} kept {} {:?}", report.verdict, found.kept, found.groups.iter().map(|g| g.verdict).collect::<Vec<_>>());
+        println!(
+            "{:?} kept {} {:?}",
+            report.verdict,
+            found.kept,
+            found.groups.iter().map(|g| g.verdict).collect::<Vec<_>>()
+        );
         found
     };
     let clear = of(law("temperature"), 0.3, 0);

@@ -44,10 +44,15 @@ fn percent(share: f64) -> String {
     format!("{:.0}", 100.0 * share)
 }
 
-/// A rate in words: count, sets, and the interval of the share.
+/// A rate in a table: count, sets, and the interval of the share.
 fn rate(rate: &Rate) -> String {
+    rate_of(rate, "")
+}
+
+/// A rate in a sentence: count and number of `things`, and the interval of the share.
+fn rate_of(rate: &Rate, things: &str) -> String {
     let [low, high] = rate.ci95.map(percent);
-    format!("{} of {} ({low} to {high} %)", rate.count, rate.sets)
+    format!("{} of {}{things} ({low} to {high} %)", rate.count, rate.sets)
 }
 
 /// The size of which the sentence speaks.
@@ -62,9 +67,9 @@ pub fn power_sentence(found: &Power, report: &Diagnosis) -> String {
     };
     let sentence = |cell: &PowerCell, what: &str| {
         format!(
-            "With these runs, {what} of {} % would have been named in {} simulated sets and detected in {}.",
+            "With these runs, {what} of {} % would have been named in {} and detected in {}.",
             percent(cell.size_p90_relative),
-            rate(&cell.named),
+            rate_of(&cell.named, " simulated sets"),
             rate(&cell.detected)
         )
     };

@@ -103,6 +103,18 @@ impl Correction {
         }
     }
 
+    /// Moves the column of a corrected set from its best guess to a value that the truth may have.
+    ///
+    /// * `normal`: draws a standard normal
+    pub fn scatter(&self, set: &mut RunSet, normal: &mut dyn FnMut() -> f64) {
+        for run in &mut set.runs {
+            let value = run.value(self.column) + self.left_sd * normal();
+            for row in &mut run.rows {
+                set_value(row, self.column, value);
+            }
+        }
+    }
+
     /// The column that is corrected.
     pub fn column(&self) -> Column {
         self.column

@@ -108,6 +108,8 @@ pub fn reduced_report(
             ratio_after: ratio(rms_n[1]),
             refused_after_n: None,
         },
+        power: None,
+        stability: None,
         fe_confirmation: None,
         next_experiment: None,
         corrected_model: None,

@@ -4,6 +4,7 @@
 
 mod fit_quality;
 mod next_experiment;
+mod repeated;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +12,7 @@ use crate::laws::{OwnFormula, TableTold};
 
 pub use fit_quality::{CrossValidationError, Region};
 pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
+pub use repeated::{LeftOut, NotSimulated, Power, PowerCell, Rate, Stability};
 
 /// The answer of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -323,6 +325,12 @@ pub struct Diagnosis {
     pub unexplained: UnexplainedFound,
     /// Runs that no fit saw.
     pub holdout: CrossValidationError,
+    /// What simulated repetitions of these runs would show; only where it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<Power>,
+    /// How the verdict holds when runs are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Stability>,
     /// The finite-element model with the effect.
     pub fe_confirmation: Option<FeConfirmation>,
     /// Strokes that would settle an ambiguous verdict.

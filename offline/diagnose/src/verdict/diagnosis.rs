@@ -23,7 +23,7 @@ use crate::verdict::decision::{Decision, decide, learn_corrections};
 use crate::verdict::effects_found::effects;
 use crate::verdict::evidence::Evidence;
 use crate::verdict::exchanged;
-use crate::verdict::instrument;
+use crate::verdict::instrument::{self, Chosen};
 use crate::verdict::preparation::{Prepared, clean, lag_of, prepare};
 use crate::verdict::regions::residual_map;
 use crate::verdict::report_sections as sections;
@@ -84,17 +84,9 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let plain = decided(&corrected);
     let differing = instrument::differing(&corrected, reference, &calibration, &plain.selection.null);
     let with_own_lag = differing.as_ref().map(|differing| (differing, decided(&differing.set)));
-    // Where the measured runs lag by more or less than the calibration, they are decided with their own lag.
-    let (decision, lagging) = match &with_own_lag {
-        Some((differing, with)) if instrument::explains_more(with, &plain) => (with, Some(*differing)),
-        _ => (&plain, None),
-    };
+    let Chosen { decision, lagging, lag_effect, verdict } =
+        instrument::chosen(&plain, with_own_lag.as_ref(), &calibration_set);
     let set = lagging.map_or(&corrected, |differing| &differing.set);
-    let lag_effect = lagging.filter(|differing| differing.is_effect(&calibration_set));
-    let verdict = match decision.verdict {
-        Verdict::None if lag_effect.is_some() => Verdict::Named,
-        other => other,
-    };
     // What stands before any effect, the lag among them.
     let (before, set_before) = if lag_effect.is_some() { (&plain, &corrected) } else { (decision, set) };
     let calibration = calibration.clone().drifting(decision.drift);
@@ -160,6 +152,8 @@ pub fn diagnose<E: From<DiagnoseError>>(
         tests: sections::tests(decision),
         unexplained,
         holdout,
+        power: None,
+        stability: None,
         fe_confirmation: None,
         next_experiment,
         corrected_model: None,
@@ -188,6 +182,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         parameters_calibrated: calibration.fit.parameters,
         laws: full.laws.clone(),
         expected_variances: *expected,
+        decided_set: corrected.clone(),
         checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),
         checked_set: held_out.unwrap_or_else(|| set.clone()),
         calibration_set,

@@ -39,6 +39,8 @@ pub struct Evidence {
     pub expected_variances: PerEffect,
     /// How columns with reading errors were corrected.
     pub corrections: Vec<Correction>,
+    /// The measured runs as they were decided, columns with errors corrected, without a lag of their own.
+    pub decided_set: RunSet,
     /// The calibration runs.
     pub calibration_set: RunSet,
     /// The held-out runs, or the measured ones where there are none; columns with errors corrected.

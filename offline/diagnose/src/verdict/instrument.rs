@@ -7,7 +7,7 @@ use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::lag::{Lag, with_lag};
 use crate::data::runs::RunSet;
-use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag};
+use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag, Verdict};
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::lag::{LagEstimate, estimate};
@@ -44,9 +44,42 @@ pub fn differing(
 }
 
 /// Whether a lag of the measured runs explains them better than the laws that were found without it.
-pub fn explains_more(with_lag: &Decision<'_>, without: &Decision<'_>) -> bool {
+fn explains_more(with_lag: &Decision<'_>, without: &Decision<'_>) -> bool {
     let [with, without] = [with_lag, without].map(|d| d.task.minus_2ll_of_readings(&d.selection.fit));
     with + LEAST_GAIN < without
+}
+
+/// The decision that stands: that of the measured runs as they are, or with a lag of their own.
+pub struct Chosen<'d, 'a> {
+    /// The decision.
+    pub decision: &'d Decision<'a>,
+    /// The lag of its own with which the set was decided.
+    pub lagging: Option<&'d Differing>,
+    /// The same where it is an effect.
+    pub lag_effect: Option<&'d Differing>,
+    /// The verdict, a lag that is an effect among its names.
+    pub verdict: Verdict,
+}
+
+/// Chooses between the decision of the measured runs as they are and that with a lag of their own.
+///
+/// * `calibration`: the effect-free runs
+pub fn chosen<'d, 'a>(
+    plain: &'d Decision<'a>,
+    with_own_lag: Option<&'d (&'d Differing, Decision<'a>)>,
+    calibration: &RunSet,
+) -> Chosen<'d, 'a> {
+    // Where the measured runs lag by more or less than the calibration, they are decided with their own lag.
+    let (decision, lagging) = match with_own_lag {
+        Some((differing, with)) if explains_more(with, plain) => (with, Some(*differing)),
+        _ => (plain, None),
+    };
+    let lag_effect = lagging.filter(|differing| differing.is_effect(calibration));
+    let verdict = match decision.verdict {
+        Verdict::None if lag_effect.is_some() => Verdict::Named,
+        other => other,
+    };
+    Chosen { decision, lagging, lag_effect, verdict }
 }
 
 /// Speed at which a lag shows, mm/s: that of the rows that slide, weighed by its square, as the information on a lag is.
@@ -73,7 +106,7 @@ const NAMED: f64 = 4.0;
 
 impl Differing {
     /// Whether the difference is more than the errors of form of both files' lags.
-    pub fn is_effect(&self, calibration: &RunSet) -> bool {
+    fn is_effect(&self, calibration: &RunSet) -> bool {
         let sd_s = sd_s(&self.lag, &self.set).hypot(form_sd_s(calibration));
         self.lag.lag.total_s().abs() > NAMED * sd_s
     }

@@ -64,9 +64,10 @@ fn one(job: Job, args: &Args, sets: usize) -> Compared {
     let found = power(&again, &settings, &|counted, _| {
         if counted < sets * cells { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
-    let predicted = found.cells.first().map_or([0; 4], |cell| {
-        [cell.named.sets, cell.detected.count, cell.named.count, cell.misnamed.count]
-    });
+    let predicted = found
+        .cells
+        .first()
+        .map_or([0; 4], |cell| [cell.named.sets, cell.detected.count, cell.named.count, cell.misnamed.count]);
     let alarms = [found.false_alarm.sets, found.false_alarm.count];
     Compared { job, class, predicted, alarms, seconds: started.elapsed().as_secs_f64() / found.sets.max(1) as f64 }
 }

@@ -1,0 +1,87 @@
+//! Stability of a verdict: the decision with each group of measured runs left out in turn [delete-d jackknife: Shao & Wu
+//! 1989].
+//!
+//! Main function: [`stability`].
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::schema::{LeftOut, Stability};
+use crate::statistics::sign_flips::RandomSigns;
+use crate::verdict::redecision::{Outcome, Redecision};
+
+/// Fewest runs with which a set is decided.
+const FEWEST_RUNS: usize = 5;
+
+/// Decides the measured set without each of `groups` groups of its runs, on `threads` threads. Each run is in one group; the
+/// groups are drawn by the seed of the diagnosis, so that no regular protocol loses a condition at once. `None` where fewer
+/// than two groups can be left out.
+pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(dyn Fn() + Sync)) -> Option<Stability> {
+    let set = again.set();
+    let runs = set.runs.len();
+    let groups = groups.min(runs);
+    if groups < 2 || runs - runs.div_ceil(groups) < FEWEST_RUNS {
+        return None;
+    }
+    let group_of = grouping(runs, groups, again.settings.seed);
+    let next = AtomicUsize::new(0);
+    let done: Mutex<Vec<(usize, Outcome)>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, groups + 1) {
+            scope.spawn(|| {
+                loop {
+                    // The last one is the set as it is.
+                    let group = next.fetch_add(1, Ordering::Relaxed);
+                    if group > groups {
+                        break;
+                    }
+                    let outcome = again.outcome(&set.subset(|run| group_of[run] != group));
+                    done.lock().expect("no thread panics with it").push((group, outcome));
+                    tick();
+                }
+            });
+        }
+    });
+    let mut done = done.into_inner().expect("all threads are done");
+    done.sort_by_key(|d| d.0);
+    let (_, all) = done.pop()?;
+    let kept = done.iter().filter(|(_, o)| o.verdict == all.verdict && o.families() == all.families()).count();
+    let told = |outcome: &Outcome, group: usize| LeftOut {
+        runs: (0..runs).filter(|run| group_of[*run] == group).map(|run| set.runs[run].labels.run.clone()).collect(),
+        verdict: outcome.verdict,
+        laws: outcome.effects.iter().map(|e| e.0.to_owned()).collect(),
+        gain_2ll: outcome.gain_2ll,
+    };
+    Some(Stability {
+        all: told(&all, groups),
+        groups: done.iter().map(|(group, outcome)| told(outcome, *group)).collect(),
+        kept,
+    })
+}
+
+/// The group of each run: groups of nearly equal size, drawn at random [Fisher & Yates].
+fn grouping(runs: usize, groups: usize, seed: u64) -> Vec<usize> {
+    let mut random = RandomSigns::new(seed ^ 0x5AB1);
+    let mut out: Vec<usize> = (0..runs).map(|run| run % groups).collect();
+    for i in (1..runs).rev() {
+        out.swap(i, (random.bits() % (i as u64 + 1)) as usize);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_run_is_in_one_of_equal_groups() {
+        for (runs, groups) in [(60, 10), (16, 10), (7, 3)] {
+            let group_of = grouping(runs, groups, 1);
+            let sizes: Vec<usize> = (0..groups).map(|g| group_of.iter().filter(|of| **of == g).count()).collect();
+            assert_eq!(sizes.iter().sum::<usize>(), runs);
+            assert!(sizes.iter().all(|size| *size == runs / groups || *size == runs / groups + 1), "{sizes:?}");
+            // Not the protocol's own period.
+            assert_ne!(group_of, (0..runs).map(|run| run % groups).collect::<Vec<_>>());
+        }
+    }
+}
