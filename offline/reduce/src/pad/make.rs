@@ -17,7 +17,8 @@ use crate::{Kind, ReduceError, Run, Sample};
 pub struct PadSettings {
     /// Patches.
     pub size: PadSize,
-    /// Runs to fit to, at most; the other ones that may be fitted to give the bands.
+    /// Runs to fit to, shared out over the kinds of motion by their number, each of which gives at least 15 % of it; the other ones that
+    /// may be fitted to give the bands.
     pub runs: usize,
     /// How long the fit may take.
     pub limits: FitLimits,
@@ -172,16 +173,16 @@ pub fn make_pad(
     Ok(MadePad { model, meta })
 }
 
-/// Runs of every kind that a fit sees at least, where there are so many.
-const LEAST_OF_A_KIND: usize = 12;
+/// Runs of every kind that a fit sees at least, where there are so many: this share of the runs that are wanted.
+const LEAST_OF_A_KIND: f64 = 0.15;
 
-/// Runs to fit to, evenly over each kind, and the others.
+/// Runs to fit to, evenly over each kind, and the others. About `most` and the least number of each kind.
 fn shared_out<'a>(runs: &[&'a Run], most: usize) -> (Vec<&'a Run>, Vec<&'a Run>) {
     let (mut fitted, mut others) = (Vec::new(), Vec::new());
     for kind in Kind::ALL {
         let own: Vec<&Run> = runs.iter().copied().filter(|run| run.kind == kind).collect();
         let share = (most * own.len()).div_ceil(runs.len().max(1));
-        let count = share.max(LEAST_OF_A_KIND.min(most)).min(own.len());
+        let count = share.max((LEAST_OF_A_KIND * most as f64).ceil() as usize).min(own.len());
         for (k, run) in own.iter().enumerate() {
             // True for `count` places, evenly spread.
             let is_fitted = (k + 1) * count / own.len() > k * count / own.len();
