@@ -103,7 +103,7 @@ impl Elementary for f32 {
     /// Within 1e-7 and 1e-7 of the result: the polynomial of Cephes, a third of the instructions of libm's, which divides.
     #[inline(always)]
     fn ln(self) -> Self {
-        if !(self >= f32::MIN_POSITIVE && self <= f32::MAX) {
+        if !(f32::MIN_POSITIVE..=f32::MAX).contains(&self) {
             return if self > 0.0 { self } else { f32::NAN };
         }
         // m 2^e with m from the root of 1/2 to that of 2.
@@ -120,7 +120,7 @@ impl Elementary for f32 {
             -1.666_805_8e-1,
             2.000_071_5e-1,
             -2.499_999_4e-1,
-            3.333_333_1e-1,
+            0.333_333_3,
         ] {
             p = p * f + c;
         }

@@ -61,6 +61,8 @@ ROUNDS = wp.constant(16)
 HALVINGS = wp.constant(6)
 # Square of the change of the bulk below which it is in equilibrium, over the square of its size, and the least size that counts.
 MOST_GROWTH = wp.constant(wp.float32(20.0))
+#: Least mean square of the arms of a contact about its middle, mm2.
+LEAST_ARM2 = wp.constant(wp.float32(0.01))
 TOLERANCE2 = wp.constant(wp.float32(2e-4 * 2e-4))
 LEAST_SIZE2 = wp.constant(wp.float32(3e-3 * 3e-3))
 LONGEST2 = wp.constant(wp.float32(4.0))
@@ -1091,7 +1093,7 @@ def step_pad(
     some = limit + TINY
     friction = wp.sqrt(force[0] * force[0] + force[1] * force[1])
     middle = back @ (middle * (1.0 / some))
-    mean_arm = wp.sqrt(wp.max(reach / some - (middle[0] * middle[0] + middle[1] * middle[1]), 0.0))
+    mean_arm = wp.sqrt(wp.max(reach / some - (middle[0] * middle[0] + middle[1] * middle[1]), 0.0) + LEAST_ARM2)
     about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0])
     friction_share = friction / some
     turning_share = about_middle / (some * mean_arm + 1e-12)

@@ -43,6 +43,8 @@ const FIRM: f32 = 0.9;
 const STICKS: f32 = 0.95;
 const SLIDES: f32 = 0.02;
 
+/// Least mean square of the arms of a contact about its middle, mm².
+const LEAST_ARM_MM2: f32 = 0.01;
 /// Depth from which on the bands grow with depth, mm.
 const DEEP_MM: f32 = 2.6;
 /// Turn from the neutral pose at which half of what other poses add to the bands counts, rad.
@@ -390,7 +392,9 @@ impl<T: Elementary> Pad<'_, T> {
         let friction = (force[0] * force[0] + force[1] * force[1]).magnitude().sqrt();
         // Friction and moment about the middle of the strength against an ellipse.
         let middle = back(&times(&middle, T::of(1.0) / some));
-        let arm = (reach / some - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative().magnitude().sqrt();
+        let square = (reach / some - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
+        // Of a contact of one patch nothing is left but rounding.
+        let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
         let about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0]);
         let (share, turning) = (friction / some, about_middle / (some * arm + T::of(1e-12)));
         let stick_ratio = if area > zero { stuck / area } else { zero };

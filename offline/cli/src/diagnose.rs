@@ -11,8 +11,7 @@ use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
     NextExperiment, Options, PlanConstraints, PowerSettings, Redecision, ReducedDiagnosis, RunSet, SelectionSettings,
-    Verdict, corrected_model,
-    diagnose, diagnose_forces, laws::Column, understand,
+    Verdict, corrected_model, diagnose, diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;

@@ -49,7 +49,11 @@ const INTEGERS: [(u32, &str, &str); 3] = [
         "status",
         "Flags: 2 bad input, 8 depth above range, 16 large increment, 64 spin ignored, 128 memory lost, 256 effect held",
     ),
-    (63, "substeps", "Number of equal parts into which the last step was divided, so that each moves by at most 0.005 mm"),
+    (
+        63,
+        "substeps",
+        "Number of equal parts into which the last step was divided, so that each moves by at most 0.005 mm",
+    ),
 ];
 
 /// Units with their factor to the base units and the exponents of kg, m, s.

@@ -117,7 +117,7 @@ fn texts_of_rust(source: &str) -> Vec<Words> {
         } else {
             c.len_utf8()
         };
-        in_word = c.is_alphanumeric() && !(c == 'b' && !in_word);
+        in_word = c.is_alphanumeric() && (c != 'b' || in_word);
         line += rest[..length].matches('\n').count();
         rest = &rest[length..];
     }
