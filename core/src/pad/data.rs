@@ -34,7 +34,7 @@ pub struct Numbers<T = f32> {
     /// Translation (mm) and rotation vector (rad) of the rigid motion nearest to that of the patches, per coordinate of the bulk.
     pub rigid: [Bulk<T>; 6],
     /// Mean square of the skin's displacement, mm² per mJ, by which the bulk stiffens: the lower triangle, row by row. Displacement along
-    /// the skin's normal and over thick tissue counts most.
+    /// the skin's normal counts most, and skin near the middle of the fingertip more than skin at its rim.
     pub squash: Packed<T>,
     /// Largest displacement of a patch per change of the bulk, at most, mm per root of mJ: see [`Patch::reach`].
     pub reach: T,
