@@ -263,8 +263,8 @@ mod tests {
 
     use super::*;
 
-    const BED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
-    const PAD: &[u8] = include_bytes!("../../../data/models/fingertip-pad.fpm");
+    const BED: &[u8] = include_bytes!("../data/models/fingertip.fpm");
+    const PAD: &[u8] = include_bytes!("../data/models/fingertip-pad.fpm");
 
     fn bed() -> LimitSurface {
         LimitSurface::of_bed(&ModelFile::new(BED).unwrap().file(), 1.0).unwrap()
