@@ -2,15 +2,15 @@
  *
  * Written by cbindgen from the library's source (bindings/c/src); change that.
  *
- * What holds for every function:
- * - It returns FINGERPAD_OK (0) or a code below; nothing else happens then, unless told otherwise. fingerpad_error_text
- *   gives the code's words.
- * - Numbers go in by value. What is remembered and what comes back goes by pointer; the caller owns that memory. No memory is
- *   allocated, nothing is global, nothing is printed, nothing waits.
- * - Null and misaligned pointers are refused, and models, pads, states, contacts and watches that were not set up, were zeroed
- *   or unloaded. Not checked can be: whether a pointer shows as much memory as its type or length says, and whether another
- *   thread changes it during the call.
- * - Different states may be stepped by different threads at once, also with one model.
+ * Rules for every function:
+ * - It returns FINGERPAD_OK (0) or an error code below. After an error nothing has changed, unless the function's comment states
+ *   otherwise. fingerpad_error_text returns the text of a code.
+ * - Numbers are passed by value, states and results by pointer. The caller owns that memory. The library allocates no memory, has
+ *   no global state, prints nothing and never waits.
+ * - Null and misaligned pointers are refused, and so are models, pads, states, contacts and watches that were not set up, were
+ *   zeroed or unloaded. Two conditions cannot be checked: that a pointer has as much memory as its type or length requires, and that
+ *   no other thread changes it during the call.
+ * - Several threads may step different states at once, also with one model.
  *
  * Two models of the finger stand behind the same response. A bed of springs (fingerpad_model_..., fingerpad_step) is of one pose of
  * the finger on a plane, and cheap. A pad (fingerpad_pad_...) follows every pose on planes, spheres, cylinders and edges, at ten to
@@ -42,7 +42,7 @@
 // The checksum does not agree: damaged.
 #define FINGERPAD_CHECKSUM 4
 
-// A pointer is not aligned as its type asks; a model file must lie at an address divisible by 4.
+// A pointer is not aligned as its type requires; a model file must lie at an address divisible by 4.
 #define FINGERPAD_ALIGNMENT 5
 
 // Another number of springs, table nodes or modes than this library was built for, or more than FINGERPAD_PATCHES_MAX patches.
@@ -53,7 +53,7 @@
 // `fingerpad_model_load`.
 #define FINGERPAD_SECTION 7
 
-// A value is no number or out of its range.
+// A value is not a number or out of its range.
 #define FINGERPAD_RANGE 8
 
 // A table of the file falls where it must not.
@@ -92,7 +92,7 @@
 // Two planes that meet in a rounded edge, which points at the finger.
 #define FINGERPAD_BODY_EDGE 3
 
-// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` tells how many a pad's states have.
+// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
 #define FINGERPAD_PAD_STATE_BYTES 1264
 
 // Bytes of a saved state.
@@ -131,7 +131,7 @@
 // Flag of `status`: the motion spins and the state does not know spin; the step was taken without it.
 #define FINGERPAD_STATUS_SPIN_IGNORED 64
 
-// Flag of `status`: the state held what is no number and was begun anew; the forces are those of a fresh contact.
+// Flag of `status`: the state had a value that is not a number and was reset; the forces are those of a fresh contact.
 #define FINGERPAD_STATUS_MEMORY_LOST 128
 
 // Flag of `status`: an effect led beyond its range and was held there.
@@ -158,7 +158,7 @@
 // The finger leaves the plane.
 #define FINGERPAD_LIFT_OFF 4
 
-// Most events that one look can tell: a finger that lands slipping.
+// Most events that one look can report: a finger that lands slipping.
 #define FINGERPAD_EVENTS_A_LOOK 3
 
 // The model file of a bed of springs in use: one pose of the finger, on a plane. Set it up with `fingerpad_model_load`; the file
@@ -226,7 +226,7 @@ typedef struct {
   uint32_t opaque[35];
 } fingerpad_spin_state;
 
-// What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
+// Conditions that effects depend on and a motion does not contain. `fingerpad_surroundings_default` gives the reference state.
 typedef struct {
   // Moisture of the skin, corneometer units.
   float hydration_au;
@@ -302,13 +302,13 @@ typedef struct {
   float roll_deg;
   // Number of effects in the file.
   uint32_t effects;
-  // Checksum of the numbers, by which a saved state knows its model.
+  // Checksum of the numbers; a saved state contains it.
   uint32_t checksum;
   // The file's description, JSON in UTF-8 without an end mark, inside the file.
   const char *meta;
   // Its length in bytes.
   size_t meta_length;
-  // Number of columns of the user's own that tables of the file read: `fingerpad_model_own_column` tells which.
+  // Number of columns of the user's own that tables of the file read; `fingerpad_model_own_column` describes each.
   uint32_t own_columns;
 } fingerpad_model_info;
 
@@ -346,7 +346,7 @@ typedef struct {
   float pitch_max_deg;
   // Largest roll of the fit to either side, degrees.
   float roll_max_deg;
-  // Checksum of the numbers, by which a saved state knows its pad.
+  // Checksum of the numbers; a saved state contains it.
   uint32_t checksum;
   // Bytes of a saved state: 940 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
   uint32_t state_bytes;
@@ -397,7 +397,7 @@ typedef struct {
   float dt_s;
 } fingerpad_pad_motion;
 
-// What one patch of skin bears.
+// Load of one patch of skin.
 typedef struct {
   // Its middle now along x, y and z of the tangent plane, from the point about which poses turn, mm.
   float place_mm[3];
@@ -434,7 +434,7 @@ typedef struct {
   uint16_t status;
 } fingerpad_grip;
 
-// When a watch tells a change: thresholds with a gap between there and back (hysteresis), and the number of looks in a row
+// When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of successive looks
 // that must agree (debounce). `fingerpad_watch_settings_default` gives the usual ones.
 typedef struct {
   // First slip: the stick ratio is below this for `looks` looks.
@@ -447,9 +447,9 @@ typedef struct {
   float partial_restick;
   // A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
   float restick;
-  // Looks in a row before slip or stick is told; 0 counts as 1.
+  // Successive looks before slip or stick is reported; 0 counts as 1.
   uint8_t looks;
-  // Looks in a row before touch or lift-off is told; 0 counts as 1.
+  // Successive looks before touch or lift-off is reported; 0 counts as 1.
   uint8_t contact_looks;
 } fingerpad_watch_settings;
 
@@ -508,7 +508,7 @@ int32_t fingerpad_contact_init(fingerpad_contact *contact);
 int32_t fingerpad_contact_set_strength_factor(fingerpad_contact *contact,
                                               float factor);
 
-// The finger has rested in the air: what builds up under occlusion starts anew.
+// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
 int32_t fingerpad_contact_rested(fingerpad_contact *contact);
 
 // Advances a contact by one step with the effects of the model's file; bad surroundings (NaN) leave their effect out.
@@ -649,7 +649,7 @@ int32_t fingerpad_pad_step(const fingerpad_pad *pad,
                            fingerpad_pad_motion motion,
                            fingerpad_response *response);
 
-// What each patch bears after the last step, on the body of that step: into an array of `count` patches, of which the first
+// Writes the load of each patch after the last step, on the body of that step, to an array of `count` patches. The first
 // `patches` of `fingerpad_pad_info` are written. Costs as much as a round of a step, and
 // 2 to 4 kB more stack than one.
 //
@@ -766,7 +766,7 @@ int32_t fingerpad_state_restore(const fingerpad_model *model,
                                 const uint8_t *bytes,
                                 size_t length);
 
-// Advances a contact by one step. A motion of any bits is taken; what is wrong with it is told in `status` of the response.
+// Advances a contact by one step. A motion of any bits is accepted; `status` of the response reports its errors.
 //
 // Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
 int32_t fingerpad_step(const fingerpad_model *model,
@@ -778,8 +778,8 @@ int32_t fingerpad_step(const fingerpad_model *model,
 // eight looks; touch and lift-off after two looks.
 int32_t fingerpad_watch_settings_default(fingerpad_watch_settings *settings);
 
-// A watch for one finger, which starts in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a threshold that is no number
-// from 0 to 1.
+// A watch for one finger, which starts in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a threshold that is not a
+// number from 0 to 1.
 int32_t fingerpad_watch_init(fingerpad_watch *watch,
                              uint8_t finger,
                              fingerpad_watch_settings settings);

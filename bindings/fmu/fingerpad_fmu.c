@@ -54,7 +54,7 @@ typedef struct {
     fingerpad_contact contact; /* in place of the state where the file has effects */
 } memory;
 
-/* What a state is written as: told what it is, of which model, and whether it is whole. */
+/* The written form of a state: its kind, its model, and a check of its completeness. */
 typedef struct {
     uint32_t magic, version, model, checksum;
     memory inside;

@@ -40,8 +40,7 @@ OUTPUTS = (
     "damping_normal_n",
     "damping_moment_n_mm",
     "stable_step_s",
-    "damping_share_normal",
-    "damping_share_slide",
+    "semi_implicit",
 )
 #: Flags of ``status``.
 STATUS = {
@@ -53,6 +52,7 @@ STATUS = {
     512: "pose_out_of_range",
     1024: "not_converged",
     16384: "step_too_long",
+    32768: "beyond_edge",
 }
 
 

@@ -1,8 +1,8 @@
 //! A grip at 1 kHz that sees slip begin from measured forces alone. `cargo run --release -p fingerpad --example grip`
 //!
-//! Two fingers hold an object whose weight grows fivefold. The gripper knows the depth that it commands and the forces that it
-//! measures, with 1 % of noise; it does not see the object move. Its model, driven by the measured forces, tells how much of the
-//! contact still sticks; when slip begins, or the margin falls, the grip grows to what the load needs. The fingers really have a
+//! Two fingers hold an object whose weight grows fivefold. The gripper has the depth that it commands and the forces that it
+//! measures, with 1 % of noise; it does not see the object move. Its model, driven by the measured forces, returns the share of the
+//! contact that still sticks. When slip begins, or the margin falls, the grip grows to the force that the load needs. The fingers really have a
 //! tenth less friction than the model, and the grip shakes by 5 um.
 
 use fingerpad::events::{Change, Watch};

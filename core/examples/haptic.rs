@@ -59,7 +59,7 @@ impl Renderer<'_> {
 struct Session {
     /// Least of the true books at any time, mJ: below 0 the hand was given energy from nothing.
     least_mj: f64,
-    /// All energy that went to and fro, mJ.
+    /// Energy exchanged in both directions, mJ.
     turnover_mj: f64,
     largest_n: f32,
 }

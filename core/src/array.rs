@@ -1,4 +1,4 @@
-//! Arrays of any length for serde, which knows them only up to 32.
+//! Arrays of any length for serde, which supports them only up to 32.
 
 use core::fmt;
 use core::marker::PhantomData;

@@ -7,7 +7,7 @@ use crate::rescaling::Scaling;
 use crate::table::Row;
 use crate::{ModelOf, StateOf, Status};
 
-/// The tables at one depth, for the finger and the strength at hand.
+/// The tables at one depth, scaled to the finger and its strength.
 pub(crate) struct AtDepth<'a, const M: usize, T> {
     pub(crate) row: &'a Row<M, T>,
     /// Place within the row's cell, 0 to 1.
@@ -23,7 +23,7 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
 }
 
 impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
-    /// Reads the tables; a depth beyond them is held at their end and flagged. Also the slide that pressing to there amounts to,
+    /// Reads the tables. A depth beyond them is limited to their end and flagged. Also returns the slide equivalent to the press,
     /// mm.
     #[inline(always)]
     pub(crate) fn look_up<const N: usize, const P: usize, S: Scaling<T>>(

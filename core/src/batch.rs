@@ -3,13 +3,13 @@
 //! Main types: [`Motions`], [`Forces`]. Uses step.
 
 #[cfg(all(feature = "lanes", target_feature = "avx"))]
-use crate::lanes::Together;
-use crate::rescaling::Wide;
+use crate::lanes::LaneBatch;
+use crate::rescaling::SimdScaling;
 #[cfg(all(feature = "lanes", target_feature = "avx"))]
 use crate::step::begin;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
-/// Motions of many contacts, each slice as long as there are contacts; see [`Motion`].
+/// Motions of many contacts, one element per contact in each slice; see [`Motion`].
 #[derive(Clone, Copy, Debug)]
 pub struct Motions<'a> {
     /// Depths at the end of the step, mm.
@@ -24,7 +24,7 @@ pub struct Motions<'a> {
     pub dt_s: f32,
 }
 
-/// What many contacts answer, each slice as long as there are contacts; see [`crate::Response`].
+/// Responses of many contacts, one element per contact in each slice; see [`crate::Response`].
 #[derive(Debug)]
 pub struct Forces<'a> {
     /// Normal forces, N.
@@ -41,7 +41,7 @@ pub struct Forces<'a> {
     pub stick_ratio: &'a mut [f32],
     /// Regimes.
     pub regime: &'a mut [Regime],
-    /// Remarks.
+    /// Flags.
     pub status: &'a mut [Status],
 }
 
@@ -84,7 +84,7 @@ impl Motions<'_> {
 }
 
 impl Forces<'_> {
-    /// Sets what one contact answers.
+    /// Stores the response of one contact.
     #[inline(always)]
     pub(crate) fn set(&mut self, i: usize, r: &Response) {
         self.normal_force_n[i] = r.normal_force_n;
@@ -97,11 +97,12 @@ impl Forces<'_> {
     }
 }
 
-impl<const M: usize, const N: usize, S: Wide> ModelOf<'_, M, N, S> {
+impl<const M: usize, const N: usize, S: SimdScaling> ModelOf<'_, M, N, S> {
     /// Advances many contacts by one step each: the same bits as [`crate::step()`] one by one. With feature `lanes`, in a
     /// build for processors with AVX, eight contacts move at once in vector registers. To use several cores, divide the slices.
     ///
-    /// Errors: [`BatchLength`], before any contact moves.
+    /// # Errors
+    /// [`BatchLength`], before any contact moves.
     pub fn step_batch<const P: usize>(
         &self,
         states: &mut [StateOf<M, P>],
@@ -129,10 +130,10 @@ impl<const M: usize, const N: usize, S: Wide> ModelOf<'_, M, N, S> {
         }
         #[cfg(all(feature = "lanes", target_feature = "avx"))]
         {
-            let mut together = Together::new(self);
+            let mut together = LaneBatch::new(self);
             for i in 0..states.len() {
                 match begin(self, &mut states[i], motions.of(i)) {
-                    Ok(begun) => together.push(i, begun, states, forces),
+                    Ok(input) => together.push(i, input, states, forces),
                     Err(in_the_air) => forces.set(i, &in_the_air),
                 }
             }
@@ -184,7 +185,7 @@ mod tests {
         assert_eq!(states, alone);
     }
 
-    /// A memory that holds what is no number is lost, as in a step alone; the contacts beside it do not notice.
+    /// A state with a value that is not a number is reset, as in a single step; the contacts beside it are unaffected.
     #[test]
     fn a_broken_memory_stays_alone() {
         const COUNT: usize = 19;

@@ -33,15 +33,15 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     ///   u = 0. Limits that shrink or shift with depth, strength or tuning only make springs slip.
     /// * a finite step takes the forces at its end. The work is then at least U's gain if U is convex along the step: over
     ///   depth alone N0' must outweigh C'' F + kx'' Φ_x + ky'' Φ_y, and over depth and slide together (kx')² Σ k u²/kx and
-    ///   the same along y as well. `check_passive` asks for it at both ends of every cell, for limits at the nominal strength.
+    ///   the same along y as well. `check_passive` requires it at both ends of every cell, for limits at the nominal strength.
     /// * the normal force stays positive, up to twice the nominal strength: beyond, it may be held at 0.
     /// * nodes: kx, ky and C are integrals of straight lines, so that N does not jump there.
     ///
     /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q, a rise at
     /// the displacement before the change, a fall at the one that the smaller limit leaves. A change of tuning or stiffness at
     /// a given displacement does the work of the new energy less the old one; who makes it pays. A shear strength at zero
-    /// pressure ([`crate::Tuning::tau0_mpa`]) lets q change with depth, which N knows, but bends the energy over depth more than
-    /// is asked for here: up to about 1e-4 of what goes back and forth.
+    /// pressure ([`crate::Tuning::tau0_mpa`]) lets q change with depth, which N contains, but bends the energy over depth more than
+    /// is required here: up to about 1e-4 of what goes back and forth.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let last = T::of((N - 1) as f32);

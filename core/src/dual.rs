@@ -8,8 +8,8 @@ use crate::math::{Arithmetic, Scalar, of_one_number, sealed::Sealed};
 
 /// A number and its derivatives over `D` variables (forward differentiation).
 ///
-/// A model of it ([`crate::DataOf::cast`]) takes the same step as in `f64` and answers with derivatives of forces and new
-/// state over whatever was made a [`Dual::variable`]: motion, state ([`crate::StateOf::as_variables`]), strength factor. At a kink
+/// A model of it ([`crate::DataOf::cast`]) takes the same step as in `f64` and returns derivatives of forces and new
+/// state over every quantity that was made a [`Dual::variable`]: motion, state ([`crate::StateOf::as_variables`]), strength factor. At a kink
 /// (a spring on its limit, a node of the tables) the derivative is that of the side on which the step ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const D: usize> {
@@ -126,8 +126,8 @@ impl<const D: usize> Scalar for Dual<D> {
     fn is_between(self, low: f32, high: f32) -> bool {
         self.value.is_between(low, high)
     }
-    fn either_is_far(self, other: Self) -> bool {
-        self.value.either_is_far(other.value)
+    fn needs_rebase(self, other: Self) -> bool {
+        self.value.needs_rebase(other.value)
     }
     fn index(self) -> usize {
         self.value.index()
@@ -210,7 +210,7 @@ mod tests {
                 let (ahead, behind, here) = (differ(1.0), differ(-1.0), differ(0.0));
                 for (n, value) in exact.iter().enumerate() {
                     let (up, down) = ((ahead[n] - here[n]) / h, (here[n] - behind[n]) / h);
-                    // One-sided slopes that differ tell a kink within the difference.
+                    // One-sided slopes that differ show a kink within the difference.
                     if (up - down).abs() > 1e-4 * (1.0 + up.abs()) {
                         kinks += 1;
                         continue;

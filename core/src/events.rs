@@ -1,4 +1,4 @@
-//! What happened to a contact and when, from a control interrupt to a main loop.
+//! Changes of a contact and their times, for a queue from a control interrupt to a main loop.
 //!
 //! Main types: [`Watch`] (in the interrupt) with its [`WatchSettings`], [`Event`], [`Queue`]. Uses heapless only.
 
@@ -9,7 +9,7 @@ use crate::{Regime, Response};
 /// A queue of `N - 1` events; split it into a producer for the interrupt and a consumer for the main loop.
 pub type Queue<const N: usize> = heapless::spsc::Queue<Event, N>;
 
-/// A change of what the contact does.
+/// A change of the regime of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -36,12 +36,12 @@ pub struct Event {
     pub tick: u32,
     /// Number of the finger, as given to [`Watch::new`].
     pub finger: u8,
-    /// What changed.
+    /// The change.
     pub change: Change,
 }
 
-/// When a [`Watch`] tells a change: thresholds with a gap between there and back (hysteresis), and the number of looks in a
-/// row that must agree (debounce).
+/// When a [`Watch`] reports a change: thresholds that differ by direction (hysteresis), and the number of successive
+/// responses that must agree (debounce).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -56,9 +56,9 @@ pub struct WatchSettings {
     pub partial_restick: f32,
     /// A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
     pub restick: f32,
-    /// Looks in a row before slip or stick is told; 0 counts as 1.
+    /// Successive responses before slip or stick is reported; 0 counts as 1.
     pub looks: u8,
-    /// Looks in a row before touch or lift-off is told; 0 counts as 1.
+    /// Successive responses before touch or lift-off is reported; 0 counts as 1.
     pub contact_looks: u8,
 }
 
@@ -79,7 +79,7 @@ impl Default for WatchSettings {
     }
 }
 
-/// Sees changes from one response to the next, through noise.
+/// Reports changes of the regime from successive responses, with tolerance to noise.
 ///
 /// The last event decides which change is looked for: a contact in stick slips first below [`WatchSettings::first_slip`], and one in
 /// slip sticks only above [`WatchSettings::restick`]; between the two there is no event. A change must also last for some looks, so
@@ -95,8 +95,8 @@ impl Default for WatchSettings {
 pub struct Watch {
     settings: WatchSettings,
     finger: u8,
-    /// What was told last.
-    told: Regime,
+    /// The regime of the events reported so far.
+    regime: Regime,
     /// Looks in a row that saw something else.
     seen: u8,
     tick: u32,
@@ -114,9 +114,9 @@ impl Watch {
         Self { finger, settings, ..Self::default() }
     }
 
-    /// What the contact does by the events told so far.
-    pub fn told(&self) -> Regime {
-        self.told
+    /// The regime by the events reported so far.
+    pub fn regime(&self) -> Regime {
+        self.regime
     }
 
     /// Events that found the queue full.
@@ -138,13 +138,13 @@ impl Watch {
     pub fn see(&mut self, response: &Response) -> impl ExactSizeIterator<Item = Event> + use<> {
         let now = self.classify(response);
         let mut seen: &'static [Change] = &[];
-        if now == self.told {
+        if now == self.regime {
             self.seen = 0;
         } else {
             self.seen = self.seen.saturating_add(1);
             if self.seen >= self.looks_needed(now, response.stick_ratio) {
-                seen = changes(self.told, now);
-                self.told = now;
+                seen = changes(self.regime, now);
+                self.regime = now;
                 self.seen = 0;
             }
         }
@@ -153,9 +153,9 @@ impl Watch {
         seen.iter().map(move |&change| Event { tick, finger, change })
     }
 
-    /// What a response shows, with thresholds that depend on what was told.
+    /// The regime of a response, with thresholds that depend on the last reported regime.
     fn classify(&self, response: &Response) -> Regime {
-        let (told, ratio, settings) = (self.told, response.stick_ratio, &self.settings);
+        let (told, ratio, settings) = (self.regime, response.stick_ratio, &self.settings);
         if response.regime == Regime::NoContact {
             return Regime::NoContact;
         }
@@ -170,11 +170,11 @@ impl Watch {
         }
     }
 
-    /// Looks in a row after which a contact is told to be `now`.
+    /// Successive responses after which the regime `now` is reported.
     fn looks_needed(&self, now: Regime, stick_ratio: f32) -> u8 {
-        if self.told == Regime::NoContact || now == Regime::NoContact {
+        if self.regime == Regime::NoContact || now == Regime::NoContact {
             self.settings.contact_looks
-        } else if self.told == Regime::Stick && stick_ratio < self.settings.sure_slip {
+        } else if self.regime == Regime::Stick && stick_ratio < self.settings.sure_slip {
             1
         } else {
             self.settings.looks
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(told(naive, 0.0), once);
         assert_eq!(told(WatchSettings::default(), 0.0), once);
         assert_eq!(told(WatchSettings::default(), 0.01), once);
-        // Without hysteresis and debounce the same noise tells many.
+        // Without hysteresis and debounce the same noise causes many.
         assert!(told(naive, 0.01).len() > 20);
     }
 }

@@ -101,7 +101,7 @@ impl TryFrom<Plain> for ContactFrame {
 
     fn try_from(plain: Plain) -> Result<Self, Self::Error> {
         let mut frame = Self::new(plain.axes.into(), plain.origin_mm.into())
-            .ok_or("axes are not orthonormal and right-handed, or the origin is no number")?;
+            .ok_or("axes are not orthonormal and right-handed, or the origin is not a number")?;
         frame.last = plain.last_mm.map(Into::into);
         Ok(frame)
     }

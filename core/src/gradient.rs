@@ -4,9 +4,9 @@
 
 use crate::at_depth::growth;
 use crate::math::Scalar;
-use crate::plane::carried;
+use crate::plane::spring_positions;
 use crate::rescaling::Scaling;
-use crate::spring::{NOTHING, Odd, SLACK_MM, Sums};
+use crate::spring::{DIV_EPS, QuadraticStiffness, SLACK_MM, Sums};
 use crate::{ModelOf, StateOf};
 
 /// Derivatives of the forces for a motion that goes on in a given direction.
@@ -54,7 +54,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
         let wide = one + shift * shift;
-        let odd = Odd(data.odd / radius_factor);
+        let odd = QuadraticStiffness(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
         let here = [state.position[0][0] + press_slide, state.position[0][1], state.angle[0]];
 
@@ -68,7 +68,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
             if !(radius > zero) {
                 continue;
             }
-            for (anchor, [x, y]) in pair.iter().zip(carried::<P, T, S>(here, spring, scale)) {
+            for (anchor, [x, y]) in pair.iter().zip(spring_positions::<P, T, S>(here, spring, scale)) {
                 let (ux, uy) = (x - anchor[0], y - anchor[1]);
                 let (vx, vy) = (ux - shift * radius, uy * anisotropy);
                 let mut rate = [[press, one, zero], [zero, zero, one]];
@@ -85,7 +85,7 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                 let near = radius * (radius * T::of(ON_LIMIT) + T::of(SLACK_MM));
                 if vx * vx + vy * vy >= square - near && total > zero {
                     let flow = ux * vx + ratio * (vy * (uy * anisotropy));
-                    let safe = flow.magnitude() + T::of(NOTHING);
+                    let safe = flow.magnitude() + T::of(DIV_EPS);
                     for i in 0..3 {
                         let back = outward[i] / safe;
                         rate[0][i] -= back * ux;

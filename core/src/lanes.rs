@@ -1,6 +1,6 @@
 //! Eight contacts side by side, in the vector registers of a host.
 //!
-//! Main types: [`Lanes`], [`Together`]. Uses step, table and math.
+//! Main types: [`Lanes`], [`LaneBatch`]. Uses step, table and math.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -10,10 +10,10 @@ use wide::{f32x8, i32x8};
 
 use crate::at_depth::AtDepth;
 use crate::math::{Arithmetic, sealed::Sealed};
-use crate::rescaling::Wide;
-use crate::springs::{carry, check_sum};
-use crate::step::{Begun, answer, end};
-use crate::stick_ratio::{Way, regime_of};
+use crate::rescaling::SimdScaling;
+use crate::springs::{check_sum, step_springs};
+use crate::step::{StepInput, finish, response_of};
+use crate::stick_ratio::{SlipPath, regime_of};
 use crate::table::Row;
 use crate::{DataOf, Forces, ModelOf, StateOf, Status};
 
@@ -109,11 +109,11 @@ impl Arithmetic for Lanes {
     }
 }
 
-/// Numbers of a begun step that [`Together`] keeps side by side.
+/// Numbers of a step's input that [`LaneBatch`] keeps side by side.
 const NUMBERS: usize = 14;
 
-/// Steps of up to eight contacts, begun and waiting for their springs to move together.
-pub(crate) struct Together<'a, const M: usize, const N: usize, S: Wide> {
+/// Inputs of up to eight steps, which wait until their springs move together.
+pub(crate) struct LaneBatch<'a, const M: usize, const N: usize, S: SimdScaling> {
     model: ModelOf<'a, M, N, S>,
     scale: S::InLanes,
     data: DataOf<M, 0, Lanes>,
@@ -124,7 +124,7 @@ pub(crate) struct Together<'a, const M: usize, const N: usize, S: Wide> {
     numbers: [[f32; LANES]; NUMBERS],
 }
 
-impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
+impl<'a, const M: usize, const N: usize, S: SimdScaling> LaneBatch<'a, M, N, S> {
     pub(crate) fn new(model: &ModelOf<'a, M, N, S>) -> Self {
         Self {
             model: *model,
@@ -138,18 +138,18 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
         }
     }
 
-    /// Takes note of a begun step of the state number `contact`; with the eighth, all move.
+    /// Stores the input of a step of the state number `contact`; with the eighth, all move.
     #[inline(always)]
     pub(crate) fn push<const P: usize>(
         &mut self,
         contact: usize,
-        begun: Begun<'a, M, f32>,
+        input: StepInput<'a, M, f32>,
         states: &mut [StateOf<M, P>],
         forces: &mut Forces<'_>,
     ) {
         let k = self.count % LANES;
-        (self.contact[k], self.row[k], self.status[k]) = (contact, begun.at.row, begun.status);
-        for (numbers, number) in self.numbers.iter_mut().zip(numbers_of(&begun)) {
+        (self.contact[k], self.row[k], self.status[k]) = (contact, input.at.row, input.status);
+        for (numbers, number) in self.numbers.iter_mut().zip(numbers_of(&input)) {
             numbers[k] = number;
         }
         self.count = k + 1;
@@ -165,33 +165,34 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
     #[inline(never)]
     pub(crate) fn end_each<const P: usize>(&self, states: &mut [StateOf<M, P>], forces: &mut Forces<'_>) {
         for (k, &contact) in self.contact.iter().enumerate().take(self.count) {
-            let begun = begun_of(self.row[k], self.status[k], self.numbers.map(|numbers| numbers[k]));
-            forces.set(contact, &end(&self.model, &mut states[contact], &begun));
+            let input = input_of(self.row[k], self.status[k], self.numbers.map(|numbers| numbers[k]));
+            forces.set(contact, &finish(&self.model, &mut states[contact], &input));
         }
     }
 
-    /// Ends eight steps at once, unless one of them gives what is no number: then nothing has changed.
+    /// Ends eight steps at once, unless one of them gives a value that is not a number; nothing has changed then.
     #[inline(never)]
     fn end_together<const P: usize>(&self, states: &mut [StateOf<M, P>], forces: &mut Forces<'_>) -> bool {
         let model = ModelOf { data: &self.data, scale: self.scale };
         let mut row = Row::<M, Lanes>::zeroed();
         let rows = self.row.map(|row| bytemuck::cast_slice(core::slice::from_ref(row)));
         side_by_side(rows, bytemuck::cast_slice_mut(core::slice::from_mut(&mut row)));
-        let begun = begun_of(&row, Status::OK, self.numbers.map(|numbers| Lanes(f32x8::new(numbers))));
+        let input = input_of(&row, Status::OK, self.numbers.map(|numbers| Lanes(f32x8::new(numbers))));
         let mut anchor = [[[Lanes::of(0.0); 2]; P]; M];
         let anchors = self.contact.map(|contact| states[contact].anchor.as_flattened().as_flattened());
         side_by_side(anchors, anchor.as_flattened_mut().as_flattened_mut());
 
-        let load = carry(&model, &mut anchor, &begun.at, begun.here, &begun.way);
-        if !check_sum::<P, Lanes>(&load, &begun.way).are_numbers() {
+        let load = step_springs(&model, &mut anchor, &input.at, input.here, &input.slip_path);
+        if !check_sum::<P, Lanes>(&load, &input.slip_path).are_numbers() {
             return false;
         }
-        // A batch tells no bands.
-        let answer = answer::<M, 0, P, Lanes, _>(&model, &begun.at, &load);
-        let [friction_x, friction_y] = answer.friction_n;
-        let numbers = [answer.normal_force_n, friction_x, friction_y, answer.spin_moment_n_mm, answer.slip_margin];
+        // A batch returns no bands.
+        let response = response_of::<M, 0, P, Lanes, _>(&model, &input.at, &load);
+        let [friction_x, friction_y] = response.friction_n;
+        let numbers =
+            [response.normal_force_n, friction_x, friction_y, response.spin_moment_n_mm, response.slip_margin];
         let [normal, friction_x, friction_y, moment, margin] = numbers.map(|number| number.0.to_array());
-        let stick_ratio = answer.stick_ratio.0.to_array();
+        let stick_ratio = response.stick_ratio.0.to_array();
         for (k, &contact) in self.contact.iter().enumerate() {
             forces.normal_force_n[contact] = normal[k];
             forces.friction_x_n[contact] = friction_x[k];
@@ -210,20 +211,20 @@ impl<'a, const M: usize, const N: usize, S: Wide> Together<'a, M, N, S> {
     }
 }
 
-/// The numbers of a begun step on which its end depends.
+/// Numbers of the input on which the rest of the step depends.
 #[inline(always)]
-fn numbers_of<const M: usize>(begun: &Begun<'_, M, f32>) -> [f32; NUMBERS] {
-    let Begun { at, here, way, .. } = begun;
-    let ([kx, ky], [x, y, z], Way([a, b, c])) = (at.stiffness, *here, way);
+fn numbers_of<const M: usize>(input: &StepInput<'_, M, f32>) -> [f32; NUMBERS] {
+    let StepInput { at, here, slip_path, .. } = input;
+    let ([kx, ky], [x, y, z], SlipPath([a, b, c])) = (at.stiffness, *here, slip_path);
     [at.t, at.cells, at.depth, at.radius, at.growth, at.limit, kx, ky, x, y, z, *a, *b, *c]
 }
 
 /// The step of these numbers.
 #[inline(always)]
-fn begun_of<T: Arithmetic, const M: usize>(row: &Row<M, T>, status: Status, of: [T; NUMBERS]) -> Begun<'_, M, T> {
+fn input_of<T: Arithmetic, const M: usize>(row: &Row<M, T>, status: Status, of: [T; NUMBERS]) -> StepInput<'_, M, T> {
     let [t, cells, depth, radius, growth, limit, kx, ky, x, y, z, a, b, c] = of;
     let at = AtDepth { row, t, cells, depth, radius, growth, limit, stiffness: [kx, ky] };
-    Begun { at, here: [x, y, z], way: Way([a, b, c]), status }
+    StepInput { at, here: [x, y, z], slip_path: SlipPath([a, b, c]), status }
 }
 
 /// Numbers of eight contacts, brought side by side.
@@ -243,16 +244,16 @@ fn side_by_side(of: [&[f32]; LANES], to: &mut [Lanes]) {
     }
 }
 
-/// Numbers side by side, told contact by contact: the contact, the place of the first of the numbers, the numbers.
+/// Passes numbers that lie side by side to `pass`, contact by contact: the contact, the index of the first number, the numbers.
 #[inline(always)]
-fn apart(of: &[Lanes], mut tell: impl FnMut(usize, usize, &[f32])) {
+fn apart(of: &[Lanes], mut pass: impl FnMut(usize, usize, &[f32])) {
     for (i, eight) in of.chunks(LANES).enumerate() {
         let mut columns = [f32x8::ZERO; LANES];
         for (column, lanes) in columns.iter_mut().zip(eight) {
             *column = lanes.0;
         }
         for (k, numbers) in f32x8::transpose(columns).iter().enumerate() {
-            tell(k, LANES * i, &numbers.as_array()[..eight.len()]);
+            pass(k, LANES * i, &numbers.as_array()[..eight.len()]);
         }
     }
 }

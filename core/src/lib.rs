@@ -59,7 +59,7 @@ pub use model_file::{File, FileOf, MAGIC, VERSION};
 pub use owned::{ModelFile, PadModelFile};
 pub use params::{Node, Params, ParamsOf, SpringParams};
 pub use regime::{Regime, Status};
-pub use rescaling::{Fitted, Scaled, Scaling, Tuning, Wide};
+pub use rescaling::{Fitted, Scaled, Scaling, SimdScaling, Tuning};
 pub use response::{Motion, Response};
 pub use save::{STATE_BYTES, state_bytes};
 pub use sections::{EffectSlot, TableColumn, Tables};

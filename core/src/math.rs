@@ -34,7 +34,7 @@ pub(crate) mod sealed {
     impl Sealed for f64 {}
 }
 
-/// What the formulas of a step are written for: one number, or those of several contacts side by side. Sealed.
+/// Number type of the formulas of a step: one number, or the numbers of several contacts side by side. Sealed.
 pub trait Arithmetic:
     sealed::Sealed
     + Copy
@@ -72,7 +72,7 @@ pub trait Scalar: Arithmetic + Default + PartialEq + PartialOrd {
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
     fn is_between(self, low: f32, high: f32) -> bool;
     /// Whether one of two is 2 or more, −2 or less, or no number. In `f32` by one bit.
-    fn either_is_far(self, other: Self) -> bool;
+    fn needs_rebase(self, other: Self) -> bool;
     /// Its whole part as an index; 0 below 0, the largest index far above.
     fn index(self) -> usize;
     /// A number that is not negative to a power; for set-up.
@@ -223,7 +223,7 @@ impl Scalar for f32 {
         self.to_bits().wrapping_sub(low.to_bits()) <= high.to_bits() - low.to_bits()
     }
     #[inline(always)]
-    fn either_is_far(self, other: Self) -> bool {
+    fn needs_rebase(self, other: Self) -> bool {
         (self.to_bits() | other.to_bits()) & 0x4000_0000 != 0
     }
     #[inline(always)]
@@ -262,7 +262,7 @@ impl Scalar for f64 {
     fn is_between(self, low: f32, high: f32) -> bool {
         self >= low.into() && self <= high.into()
     }
-    fn either_is_far(self, other: Self) -> bool {
+    fn needs_rebase(self, other: Self) -> bool {
         !(self.abs() < 2.0 && other.abs() < 2.0)
     }
     fn index(self) -> usize {

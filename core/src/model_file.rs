@@ -321,7 +321,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         head.into_iter().chain(bands).chain(springs).chain(self.rows.iter().flat_map(crate::Row::numbers))
     }
 
-    /// Checksum of the numbers, by which a saved state knows its model. Costs about 20 instructions a byte.
+    /// Checksum of the numbers; a saved state contains it. Costs about 20 instructions a byte.
     pub fn checksum(&self) -> u32 {
         self.numbers().fold(0, |sum, x| crc32_on(sum, &x.to_bits().to_le_bytes()))
     }

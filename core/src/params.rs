@@ -4,7 +4,7 @@
 
 use crate::data::{NODES, SPRINGS, Spring};
 use crate::math::Scalar;
-use crate::spring::Odd;
+use crate::spring::QuadraticStiffness;
 use crate::table::{Line, Parabola, Row};
 use crate::{DataOf, Error};
 
@@ -254,7 +254,7 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
     /// Friction and moment in full slip at one node, with its stiffness.
     fn limits(&self, springs: &[Spring<T>; M], node: &Node<M, T>, [kx, _]: [T; 2]) -> Limits<T> {
         let (zero, one, half) = (T::of(0.0), T::of(1.0), T::of(0.5));
-        let odd = Odd(self.odd_per_mm);
+        let odd = QuadraticStiffness(self.odd_per_mm);
         let wide = (one + node.tilt_x * node.tilt_x).sqrt();
         let (mut ahead, mut back, mut even, mut moment) = (zero, zero, zero, zero);
         for (spring, &radius) in springs.iter().zip(&node.yield_slide_mm) {

@@ -1,6 +1,6 @@
-//! The plane under a contact: how it carries the springs, and where the state counts from.
+//! Motion of the plane: positions of the springs on it, and the origin of the state.
 //!
-//! Main functions: [`carried`], [`move_plane`]. Uses data, state and math.
+//! Main functions: [`spring_positions`], [`move_plane`]. Uses data, state and math.
 
 use core::array::from_fn;
 
@@ -14,9 +14,9 @@ use crate::{DataOf, ModelOf, Motion, StateOf, Status};
 const SLIDE_MAX_MM: f32 = 64.0;
 const SPIN_MAX_RAD: f32 = 8.0;
 
-/// Moves the plane, and the state's origin if that is 2 mm away: positions are then accurate to a quarter of a nanometre.
+/// Moves the plane. If it is 2 mm from the state's origin, the origin moves too, so positions are accurate to a quarter of a nanometre.
 ///
-/// An increment that is no number or too large leads far away as well, so that one look at where the plane is finds all of them.
+/// An increment that is not a number or too large leads far away as well, so one check of the position of the plane finds all of them.
 #[inline(always)]
 pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
@@ -26,7 +26,7 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     status: &mut Status,
 ) {
     let is_far = |place: &Place<T>| {
-        place.position[0][0].either_is_far(place.position[0][1]) | (P > 1 && place.angle[0].either_is_far(T::of(0.0)))
+        place.position[0][0].needs_rebase(place.position[0][1]) | (P > 1 && place.angle[0].needs_rebase(T::of(0.0)))
     };
     let ([x, y], spin) = (motion.slide_increment_mm, motion.spin_increment_rad);
     let mut place = Place::moved::<M, P>(state, [x, y], spin);
@@ -46,7 +46,7 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     }
 }
 
-/// Where the plane is: slide and angle as a state has them.
+/// Position of the plane: slide and angle in the form of the state.
 struct Place<T> {
     position: [[T; 2]; 2],
     angle: [T; 2],
@@ -63,7 +63,7 @@ impl<T: Scalar> Place<T> {
     }
 }
 
-/// A motion's slide and spin without what is no number, cut to what a step may be; both are flagged.
+/// Replaces non-finite components of slide and spin by zero and limits both to the largest step; each change is flagged.
 #[inline(never)]
 fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, status: &mut Status) -> ([T; 2], T) {
     let bounded = |s: T, most: f32, status: &mut Status| {
@@ -97,8 +97,8 @@ fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, statu
     ([x, y], spin)
 }
 
-/// Moves the state's origin to where the plane is, and its angle to 0. Displacements keep their bits: those that a step
-/// computes from the anchors are what the anchors become.
+/// Moves the state's origin to the position of the plane, and its angle to 0. Displacements keep their bits, because the new
+/// anchors are the displacements that a step computes from the old ones.
 #[inline(always)]
 fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     state: &mut StateOf<M, P, T>,
@@ -109,7 +109,7 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sca
     let [x, y] = state.position[0];
     let here = [x + press_slide, y, state.angle[0]];
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
-        for (anchor, to) in pair.iter_mut().zip(carried::<P, T, S>(here, spring, scale)) {
+        for (anchor, to) in pair.iter_mut().zip(spring_positions::<P, T, S>(here, spring, scale)) {
             *anchor = [anchor[0] - to[0], anchor[1] - to[1]];
         }
     }
@@ -120,7 +120,7 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sca
     state.angle[0] = T::of(0.0);
 }
 
-/// A contact begins: all springs are held where they are.
+/// Starts a contact: the anchors are the positions of the springs.
 #[inline(always)]
 pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     state: &mut StateOf<M, P, T>,
@@ -129,13 +129,13 @@ pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S
     scale: &S,
 ) {
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
-        *pair = carried::<P, T, S>(here, spring, scale);
+        *pair = spring_positions::<P, T, S>(here, spring, scale);
     }
 }
 
-/// Where the plane has carried a spring, or the two of its pair.
+/// Position of a spring, or of the two springs of a pair, on the moved plane, mm.
 #[inline(always)]
-pub(crate) fn carried<const P: usize, T: Arithmetic, S: Scaling<T>>(
+pub(crate) fn spring_positions<const P: usize, T: Arithmetic, S: Scaling<T>>(
     [x, y, angle]: [T; 3],
     spring: &Spring<T>,
     scale: &S,

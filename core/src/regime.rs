@@ -93,7 +93,7 @@ bitflags::bitflags! {
         /// The contact's memory was inconsistent (a number that is not finite or out of its range) and was reset; the response is that
         /// of a finger in the air, and the next step begins a fresh contact.
         const MEMORY_LOST = 1 << 7;
-        /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is no number.
+        /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is not a number.
         const EFFECT_HELD = 1 << 8;
         /// A pose beyond those that the model was fitted in; the answer is that of the nearest of them.
         const POSE_OUT_OF_RANGE = 1 << 9;

@@ -4,7 +4,7 @@
 
 use crate::error::Field;
 use crate::math::{Arithmetic, Scalar};
-pub use crate::scaling::{Fitted, Scaling, Wide};
+pub use crate::scaling::{Fitted, Scaling, SimdScaling};
 use crate::{Error, ModelOf};
 
 /// How a finger differs from the one the model was fitted to.
@@ -16,7 +16,7 @@ use crate::{Error, ModelOf};
 /// ```
 ///
 /// with beta the model's exponent. The first three are exact for geometrically similar fingers and linear tissue;
-/// the lambda rule takes the pressure profile as unchanged.
+/// the lambda rule assumes an unchanged pressure profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -41,7 +41,7 @@ impl Default for Tuning {
 /// Range of the factor on the tissue's stiffness.
 pub(crate) const STIFFNESS_FACTOR: core::ops::RangeInclusive<f32> = 0.2..=5.0;
 
-impl Wide for Scaled<f32> {
+impl SimdScaling for Scaled<f32> {
     #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes = Scaled<crate::lanes::Lanes>;
     #[cfg(all(feature = "lanes", target_feature = "avx"))]
@@ -173,7 +173,7 @@ impl<T: Arithmetic> Scaling<T> for Scaled<T> {
 }
 
 impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M, N, S, T> {
-    /// The same model for another finger, counted from the fitted one. A state may be carried over: springs keep their
+    /// The same model for another finger, relative to the fitted one. A state may be used with both; springs keep their
     /// displacement.
     ///
     /// Costs about 150 instructions, 250 with a stiffness other than 1.

@@ -1,4 +1,4 @@
-//! What a step makes of the tables' numbers for the finger at hand.
+//! Scales table values to a finger.
 //!
 //! Main trait: [`Scaling`]. The fitted finger is [`Fitted`], another one [`Scaled`]. Uses math.
 
@@ -11,17 +11,17 @@ mod sealed {
     impl<T> Sealed for crate::rescaling::Scaled<T> {}
 }
 
-/// What a step makes of the tables' numbers: [`Fitted`] takes them as they are, [`Scaled`] multiplies them for another
-/// finger. Sealed. The choice is made when compiling, so that a finger that is not retuned pays nothing for it.
+/// Scales table values to a finger: [`Fitted`] leaves them unchanged, [`Scaled`] multiplies them for another finger. Sealed. The
+/// choice is made at compile time, so a finger without retuning has no cost.
 #[doc(hidden)]
 pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
     /// The same with the tissue's stiffness changed.
     type Stiffened: Scaling<T>;
-    /// Whether the strength may change over depth otherwise than that of the fitted finger.
+    /// Whether the strength over depth may differ in shape from that of the fitted finger.
     const RESCALED: bool;
     /// Cells of the tables per mm, from that of the fitted finger.
     fn per_mm(&self, cells: T) -> T;
-    /// A length within the contact, a depth, or a slide that pressing amounts to, mm.
+    /// A length within the contact, a depth, or the slide equivalent to a press, mm.
     fn length(&self, mm: T) -> T;
     /// An area, mm².
     fn area(&self, mm2: T) -> T;
@@ -41,9 +41,9 @@ pub trait Scaling<T: Arithmetic>: Copy + sealed::Sealed {
         T: Scalar;
 }
 
-/// What eight contacts can share. Sealed.
+/// A scaling that eight contacts can share in vector registers. Sealed.
 #[doc(hidden)]
-pub trait Wide: Scaling<f32> {
+pub trait SimdScaling: Scaling<f32> {
     /// The same for eight contacts side by side.
     #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes: Scaling<crate::lanes::Lanes>;
@@ -52,7 +52,7 @@ pub trait Wide: Scaling<f32> {
     fn in_lanes(&self) -> Self::InLanes;
 }
 
-impl Wide for Fitted {
+impl SimdScaling for Fitted {
     #[cfg(all(feature = "lanes", target_feature = "avx"))]
     type InLanes = Fitted;
     #[cfg(all(feature = "lanes", target_feature = "avx"))]

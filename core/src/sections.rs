@@ -30,7 +30,7 @@ pub struct EffectSlot {
 const LARGEST_VALUE: f32 = 1e6;
 
 impl EffectSlot {
-    /// Refuses a value that is no number or beyond 1e6. `index` is the slot's number in its file.
+    /// Refuses a value that is not a number or beyond 1e6. `index` is the slot's number in its file.
     pub(crate) fn check(&self, index: usize) -> Result<(), Error> {
         for (k, &value) in self.values.iter().enumerate() {
             if !(value.abs() <= LARGEST_VALUE) {
@@ -68,8 +68,9 @@ impl TableColumn {
     ///
     /// * `range`: least and largest value, finite, the lesser first; `reference` lies within
     ///
-    /// Errors: [`Error::Section`] for a name of no or more than 31 bytes, a unit of more than 15, a zero byte in either, and for
-    /// numbers that are not as said.
+    /// # Errors
+    /// [`Error::Section`] for a name of no or more than 31 bytes, a unit of more than 15, a zero byte in either, and for
+    /// numbers outside these rules.
     pub fn new(name: &str, unit: &str, range: [f32; 2], reference: f32) -> Result<Self, Error> {
         let [low, high] = range;
         let out = Self { name: padded(name)?, unit: padded(unit)?, low, high, reference };

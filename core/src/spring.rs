@@ -6,21 +6,21 @@ use crate::math::Arithmetic;
 
 /// Largest |q u| of a spring on its limit: its force grows with the displacement throughout.
 pub(crate) const ODD_MAX: f32 = 0.4;
-/// Share of its limit's square by which the square of a returned displacement stays within the limit, so that rounding
-/// does not make it slip again when nothing moves.
+/// Relative margin of the squared limit to which a slipping displacement returns, so that rounding causes no further slip at
+/// rest.
 const SLACK: f32 = 1.0 / (1 << 20) as f32;
 /// Twice the length by which a displacement may exceed its limit before it slips, mm. It covers the rounding of positions. Each slip
 /// is then at least 4 nm long, so that rounding turns friction by less than 0.1 degrees even if a step is 1 nm long.
 /// A spring whose limit is 0 has no slack and carries no force.
 pub(crate) const SLACK_MM: f32 = 8e-6;
-/// A square that is added to others, so that quotients of the two are numbers.
-pub(crate) const NOTHING: f32 = 1e-26;
+/// Added to squares in denominators, so that 0/0 does not occur.
+pub(crate) const DIV_EPS: f32 = 1e-26;
 
 /// The law along x: force u − q u² over the stiffness, with q as its number.
 #[derive(Clone, Copy)]
-pub(crate) struct Odd<T>(pub(crate) T);
+pub(crate) struct QuadraticStiffness<T>(pub(crate) T);
 
-impl<T: Arithmetic> Odd<T> {
+impl<T: Arithmetic> QuadraticStiffness<T> {
     /// Force over stiffness, mm.
     #[inline(always)]
     pub(crate) fn force(&self, u: T) -> T {
@@ -69,11 +69,11 @@ impl<T: Arithmetic> Sums<T> {
 
     /// Force along x and y over the stiffness, mm.
     #[inline(always)]
-    pub(crate) fn force(&self, odd: &Odd<T>) -> [T; 2] {
+    pub(crate) fn force(&self, odd: &QuadraticStiffness<T>) -> [T; 2] {
         [self.x[0] - odd.0 * self.x[1], self.y[0]]
     }
 
-    /// How force, mm, and energy, mm², along x over the stiffness change with the odd term.
+    /// Derivatives of force, mm, and energy, mm², along x over the stiffness with respect to the quadratic term.
     #[inline(always)]
     pub(crate) fn odd_rates(&self) -> [T; 2] {
         [-self.x[1], -(T::of(1.0 / 3.0) * self.x[2])]
@@ -81,7 +81,7 @@ impl<T: Arithmetic> Sums<T> {
 
     /// Energy along x and y over the stiffness, mm².
     #[inline(always)]
-    pub(crate) fn energy(&self, odd: &Odd<T>) -> [T; 2] {
+    pub(crate) fn energy(&self, odd: &QuadraticStiffness<T>) -> [T; 2] {
         let half = T::of(0.5);
         [half * self.x[1] - odd.0 * T::of(1.0 / 3.0) * self.x[2], half * self.y[1]]
     }
@@ -100,11 +100,11 @@ pub(crate) struct Limit<T> {
     wide: T,
 }
 
-/// A displacement seen from its limit.
-pub(crate) struct Seen<T> {
+/// Position of a displacement relative to the limit.
+pub(crate) struct YieldCheck<T> {
     /// Displacement along y times the anisotropy.
     pub(crate) w: T,
-    /// By how much the square of the distance from the limit's middle exceeds the limit's; negative within.
+    /// Excess of the squared distance from the middle of the limit over the squared limit; negative within.
     pub(crate) over: T,
 }
 
@@ -115,12 +115,12 @@ impl<T: Arithmetic> Limit<T> {
         Self { shift, twice: shift + shift, anisotropy, ratio, wide }
     }
 
-    /// Whether and by how much a displacement is beyond the limit: u_x² + w² − R (R + 2 alpha u_x), with a slack for rounding.
+    /// Excess of a displacement over the limit: u_x² + w² − R (R + 2 alpha u_x), with a slack for rounding.
     #[inline(always)]
-    pub(crate) fn see(&self, [ux, uy]: [T; 2], radius: T) -> Seen<T> {
+    pub(crate) fn yield_check(&self, [ux, uy]: [T; 2], radius: T) -> YieldCheck<T> {
         let w = uy * self.anisotropy;
         let most = (radius + T::of(SLACK_MM)) + self.twice * ux;
-        Seen { w, over: ux * ux + w * w - radius * most }
+        YieldCheck { w, over: ux * ux + w * w - radius * most }
     }
 
     /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy; and what it is along y
@@ -141,7 +141,7 @@ impl<T: Arithmetic> Limit<T> {
         let back_y = T::of(1.0) - self.ratio * share;
         let nx = vx - share * ux;
         let ny = w * back_y;
-        let scale = (square / (nx * nx + ny * ny + T::of(NOTHING))).magnitude().sqrt();
+        let scale = (square / (nx * nx + ny * ny + T::of(DIV_EPS))).magnitude().sqrt();
         let to_x = middle + nx * scale;
         let back_y = back_y * scale;
         ([to_x, uy * back_y], w * back_y)
@@ -161,17 +161,17 @@ mod tests {
                 for tilt in [-0.25f64, -0.1, 0.0, 0.03, 0.25] {
                     for q in [-0.44f64, -0.1, 0.0, 0.2, 0.44] {
                         let anisotropy = ratio / strength;
-                        let (limit, odd) = (Limit::new(tilt, anisotropy, ratio), Odd(q));
+                        let (limit, odd) = (Limit::new(tilt, anisotropy, ratio), QuadraticStiffness(q));
                         for degrees in (0..360).step_by(5) {
                             for overshoot in [1e-4f64, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 1000.0] {
                                 let (s, c) = f64::from(degrees).to_radians().sin_cos();
                                 let radius = 0.7;
                                 let length = radius * (1.0 + tilt * tilt).sqrt() * (1.0 + overshoot);
                                 let u = [tilt * radius + c * length, s * length / anisotropy];
-                                let seen = limit.see(u, radius);
+                                let seen = limit.yield_check(u, radius);
                                 let to = limit.return_map(u, seen.w, radius).0;
                                 assert!(seen.over > 0.0 && (q * to[0]).abs() <= f64::from(ODD_MAX));
-                                assert!(limit.see(to, radius).over <= 0.0);
+                                assert!(limit.yield_check(to, radius).over <= 0.0);
                                 let slip = [u[0] - to[0], u[1] - to[1]];
                                 let lost = odd.force(to[0]) * slip[0] + ratio * to[1] * slip[1];
                                 assert!(
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn force_is_the_slope_of_the_energy() {
         for q in [-0.3f64, 0.0, 0.3] {
-            let odd = Odd(q);
+            let odd = QuadraticStiffness(q);
             let at = |u: f64| {
                 let mut sums = Sums::new();
                 sums.add(0.6, [u, 0.4 * u]);

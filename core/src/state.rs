@@ -1,4 +1,4 @@
-//! All that a contact remembers.
+//! The memory of a contact.
 //!
 //! Main type: [`StateOf`]. Uses data and math.
 
@@ -13,28 +13,28 @@ pub type SpinState = StateOf<SPRINGS, 2>;
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
-/// All that a contact remembers. `Default` is a finger in the air.
+/// The memory of a contact. `Default` is a finger in the air.
 ///
 /// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
 /// or use [`StateOf::write_bytes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
-    /// Where on the plane each spring is held, mm.
+    /// Anchor of each spring on the plane, mm.
     pub(crate) anchor: [[[T; 2]; P]; M],
-    /// Slide of the plane since an origin of the state's own choice, mm, in two parts: a number and what it lacks.
+    /// Slide of the plane since an origin of the state's own choice, mm, as a compensated sum: high and low part.
     pub(crate) position: [[T; 2]; 2],
     /// Angle of the plane likewise, rad; 0 without spin.
     pub(crate) angle: [T; 2],
-    /// Slide and angle at which the motion last turned back.
+    /// Slide and angle at the last reversal.
     pub(crate) turn: [T; 3],
-    /// The last place on the way from there of which note was taken.
+    /// Last recorded position on the path from there.
     pub(crate) reached: [T; 3],
     /// Friction limit there, N; the least one since.
     pub(crate) limit_reached: T,
-    /// The turn from which the way counted before the contact grew.
+    /// Origin of the path before the contact grew.
     pub(crate) turn_before: [T; 3],
-    /// Friction limit then, N; 0 if the contact has not grown or the slide has gone on since.
+    /// Friction limit before the growth, N; 0 if the contact has not grown or has slid on since.
     pub(crate) limit_before: T,
     pub(crate) depth: T,
     pub(crate) strength_factor: T,

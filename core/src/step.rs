@@ -4,17 +4,17 @@
 
 use crate::at_depth::AtDepth;
 use crate::math::{Arithmetic, Scalar};
-use crate::plane::{carried, move_plane, touch};
+use crate::plane::{move_plane, spring_positions, touch};
 use crate::rescaling::Scaling;
-use crate::spring::NOTHING;
-use crate::springs::{Load, carry, check_sum};
-use crate::stick_ratio::{Course, NOTICED_DEPTH_MM, Way, regime_of};
+use crate::spring::DIV_EPS;
+use crate::springs::{Load, check_sum, step_springs};
+use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, SlipPath, regime_of};
 use crate::table::Row;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
 /// Depth below which there is no contact, mm.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
-/// Deepest depth and longest time that are in order, mm and s.
+/// Largest valid depth and time step, mm and s.
 const LARGEST: f32 = 1e9;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
@@ -28,51 +28,51 @@ const LARGEST: f32 = 1e9;
 /// (u_jx − alpha R_j)² + (u_jy r/s)² <= R_j(d)² (1 + alpha²), else a_j slips along the friction
 /// ```
 ///
-/// with N0, kx, ky, C, alpha, s and R_j from tables over depth and r = ky/kx. R_j is 0 to the depth at which spring j
-/// touches: it touches without force and has lost all its force by slip when it leaves. x_j, y_j are 0 without spin, for
-/// which a spring is a pair.
+/// with N0, kx, ky, C, alpha, s and R_j from tables over depth and r = ky/kx. R_j is 0 up to the depth at which spring j
+/// touches. It therefore engages at zero force, and slip has released all its force when it disengages. x_j and y_j are 0
+/// without spin; with spin a spring is a pair.
 ///
-/// The stiffness shares k_j do not depend on depth, so that a change of depth keeps displacements and forces alike, and the
-/// contact remembers nothing but its anchors: a cycle of depth is forgotten after once, as each spring then fits into its
-/// smallest limit. N, F and M_z are the derivatives of one energy; anchors move only with F · da >= 0; a change of strength
-/// changes R_j alone. That is why no motion yields work ([`crate::DataOf::check`]).
+/// The stiffness shares k_j do not depend on depth, so a change of depth preserves displacements and forces. The anchors are
+/// the only memory of the contact. A repeated cycle of depth therefore has an effect only once: after the first cycle each
+/// spring fits into its smallest limit. N, F and M_z are the derivatives of one energy; anchors move only with F · da >= 0;
+/// a change of strength changes R_j alone. Hence no motion yields work ([`crate::DataOf::check`]).
 ///
-/// q is given for the fitted strength and scales with one over the strength factor, so that friction in full slip is
+/// q belongs to the fitted strength and scales with one over the strength factor, so friction in full slip is
 /// proportional to the factor in every direction.
 ///
-/// Bad input is flagged and leaves the axis where it was; see [`Status`]. The stick ratio is in `stick_ratio.rs`.
+/// Bad input is flagged and leaves its axis unchanged; see [`Status`]. `stick_ratio.rs` computes the stick ratio.
 ///
-/// No creep: with the motion at rest the state keeps its bits, and increments that add up to nothing lead back. Leaves out:
-/// rate, dwell and moisture other than through [`StateOf::set_strength_factor`].
+/// No creep: without motion the state keeps its bits, and increments that add up to zero lead back to it. Leaves out rate,
+/// dwell and moisture, except through [`StateOf::set_strength_factor`].
 #[inline(always)]
 pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
 ) -> Response<T> {
-    let begun = match begin(model, state, motion) {
-        Ok(begun) => begun,
+    let input = match begin(model, state, motion) {
+        Ok(input) => input,
         Err(in_the_air) => return in_the_air,
     };
-    end(model, state, &begun)
+    finish(model, state, &input)
 }
 
-/// A step up to where its springs move.
-pub(crate) struct Begun<'a, const M: usize, T> {
+/// Input of the springs of one step: position of the plane, tables at the depth, slip path.
+pub(crate) struct StepInput<'a, const M: usize, T> {
     pub(crate) at: AtDepth<'a, M, T>,
-    /// Where the springs are carried: slide and what pressing amounts to, mm, and angle, rad.
+    /// Slide including the slide equivalent to the press, mm, and angle, rad.
     pub(crate) here: [T; 3],
-    pub(crate) way: Way<T>,
+    pub(crate) slip_path: SlipPath<T>,
     pub(crate) status: Status,
 }
 
-/// Moves the plane and reads the tables; a contact in the air is answered at once.
+/// Moves the plane and reads the tables. Without contact the error is the final response.
 #[inline(always)]
 pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     model: &ModelOf<'a, M, N, S, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
-) -> Result<Begun<'a, M, T>, Response<T>> {
+) -> Result<StepInput<'a, M, T>, Response<T>> {
     let (data, scale) = (model.data, &model.scale);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
@@ -100,54 +100,53 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
         state.turn = slid;
         state.reached = slid;
     }
-    let course = Course {
+    let contact = ContactPoint {
         here: slid,
         limit: at.limit,
-        noticed_growth: T::of(NOTICED_DEPTH_MM) * at.limit_slope(data.cells_per_mm, scale),
+        growth_deadband_n: T::of(GROWTH_DEADBAND_MM) * at.limit_slope(data.cells_per_mm, scale),
         stiffness: at.stiffness[0],
         gyration_mm: scale.length(data.gyration),
     };
-    let way = Way::follow(state, &course, |state| {
-        let to = carried::<P, T, S>(here, &data.springs[0], scale)[0];
+    let slip_path = SlipPath::follow(state, &contact, |state| {
+        let to = spring_positions::<P, T, S>(here, &data.springs[0], scale)[0];
         let [x, y] = state.anchor[0][0];
         [to[0] - x, to[1] - y]
     });
-    Ok(Begun { at, here, way, status })
+    Ok(StepInput { at, here, slip_path, status })
 }
 
-/// Moves the springs and answers. The last guard: a memory that holds a number that is not finite, which no step leaves behind, is
-/// reset.
+/// Moves the springs and computes the response. A state with a non-finite value, which no step produces, is reset.
 #[inline(always)]
-pub(crate) fn end<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+pub(crate) fn finish<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
     state: &mut StateOf<M, P, T>,
-    begun: &Begun<'_, M, T>,
+    input: &StepInput<'_, M, T>,
 ) -> Response<T> {
-    let at = &begun.at;
-    let load = carry(model, &mut state.anchor, at, begun.here, &begun.way);
-    if !check_sum::<P, T>(&load, &begun.way).is_number() {
-        return memory_lost(state, begun.status);
+    let at = &input.at;
+    let load = step_springs(model, &mut state.anchor, at, input.here, &input.slip_path);
+    if !check_sum::<P, T>(&load, &input.slip_path).is_number() {
+        return memory_lost(state, input.status);
     }
-    let mut response = answer::<M, N, P, T, S>(model, at, &load);
+    let mut response = response_of::<M, N, P, T, S>(model, at, &load);
     response.regime = regime_of(load.stick_ratio);
-    response.status = begun.status;
+    response.status = input.status;
     response
 }
 
-/// The answer of a contact with this load, without regime and status.
+/// The response of a contact with this load, without regime and status.
 #[inline(always)]
-pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
+pub(crate) fn response_of<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
     model: &ModelOf<'_, M, N, S, T>,
     at: &AtDepth<'_, M, T>,
     load: &Load<T>,
 ) -> Response<T> {
     let (data, scale) = (model.data, &model.scale);
     let Load { normal, friction, moment, stick_ratio } = *load;
-    // In shares of the limit; what rounding and the odd stiffness leave beyond it is none.
+    // In shares of the limit, at most 1 in spite of rounding and the quadratic stiffness.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);
     let alone = share_of_limit(at.row, at.t, [along, across]).at_most(T::of(1.0));
-    let magnitude = (along * along + T::of(NOTHING) + across * across).sqrt();
+    let magnitude = (along * along + T::of(DIV_EPS) + across * across).sqrt();
     let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
     let leaning = friction.map(|f| scale.per_newton(scale.length(f)));
     let [lean_x, lean_y] = [0, 1].map(|k| data.pressure_centre_per_n[k] * leaning[k]);
@@ -156,7 +155,7 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     let margin = if P == 1 {
         T::of(1.0) - alone
     } else {
-        let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(NOTHING);
+        let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(DIV_EPS);
         let moment = (spin_moment - centre) * per_limit / most;
         let cross = data.spin_cross * (moment * alone).magnitude();
         (T::of(1.0) - (alone * alone + moment * moment + cross).magnitude().sqrt()).not_negative()
@@ -179,28 +178,28 @@ pub(crate) fn answer<const M: usize, const N: usize, const P: usize, T: Arithmet
     }
 }
 
-/// Share of what a contact holds in the direction of a friction, given over the strength.
+/// Friction over the friction limit in its direction; `along` and `across` are friction over the strength.
 #[inline(always)]
 pub(crate) fn share_of_limit<const M: usize, T: Arithmetic>(row: &Row<M, T>, t: T, [along, across]: [T; 2]) -> T {
-    let square = along * along + T::of(NOTHING);
+    let square = along * along + T::of(DIV_EPS);
     let stretched = across / row.limit_ratio.at(t);
     let shifted = row.limit_shift.at(t) * along;
     (square + stretched * stretched + shifted * shifted).sqrt() - shifted
 }
 
-/// Tells the compiler that what comes with it is rare.
+/// Marks a branch as unlikely for the compiler.
 #[inline]
 #[cold]
 pub(crate) fn rare() {}
 
-/// What is to be remarked about a depth and a time step that are out of the ordinary, which they may be rightly.
+/// Flags of a depth and a time step outside the usual range, some of which are valid.
 #[inline(always)]
 fn doubt<T: Scalar>(depth: T, dt: T) -> Status {
     let time = if dt > T::of(0.0) && dt.is_number() { Status::OK } else { Status::BAD_TIME_STEP };
     if depth.is_number() { time } else { time.with(Status::BAD_INPUT) }
 }
 
-/// Without contact the springs are forgotten, the strength factor stays.
+/// Without contact the springs are reset; the strength factor is kept.
 #[inline(always)]
 fn in_the_air<const M: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
@@ -221,7 +220,7 @@ fn lift_off<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P,
     *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
 }
 
-/// Resets an inconsistent memory, a strength factor that is out of range included; answers as in the air.
+/// Resets an inconsistent state, including a strength factor that is out of range. Returns the response of a finger in the air.
 #[cold]
 #[inline(never)]
 fn memory_lost<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, status: Status) -> Response<T> {

@@ -1,129 +1,128 @@
-//! How much of a contact sticks, by how far it has moved since the motion last turned back.
+//! Stick ratio of a contact from the displacement since the last reversal.
 //!
-//! Main type: [`Way`]. Uses state and math.
+//! Main type: [`SlipPath`]. Uses state and math.
 //!
-//! A spring slips for a share p² (1 − e + e p²) of the area that it stands for, where p is the way that its displacement has
-//! gone since the motion last turned back over that from there to its limit (Masing's rule for springs side by side: Iwan
-//! 1966, J. Appl. Mech. 33:893): 0 right after a turn, 1 on the limit.
+//! A spring represents a share of the contact area. Of this share p² (1 − e + e p²) slips. p is the displacement of the spring since
+//! the last reversal over the displacement from there to its limit (Masing's rule for parallel springs: Iwan 1966, J. Appl.
+//! Mech. 33:893): 0 right after a reversal, 1 on the limit.
 //!
-//! A turn counts once the plane has moved by [`NOTICED_MM`]: less is noise, or elastic slip of the skin. A growth or fall of the limit
-//! counts once it is that of a depth of [`NOTICED_DEPTH_MM`]. A slide that is outweighed by a smaller growth waits until one of the two
-//! is clear. Noise of ±5 µm on depth and on each axis of the slide therefore causes neither turn nor growth.
+//! A reversal counts once the plane has moved by [`REVERSAL_DEADBAND_MM`]. A smaller motion is noise, or elastic slip of the skin. A
+//! growth or fall of the limit counts once it is that of a depth of [`GROWTH_DEADBAND_MM`]. A slide with an equivalent but smaller growth
+//! waits until one of the two exceeds its threshold. Noise of ±5 µm on depth and on each axis of the slide therefore causes neither a
+//! reversal nor growth.
 //!
-//! * **Turns.** A move at an acute angle to the way goes on with it. One at an obtuse angle theta unloads: of the way what
-//!   goes back is forgotten, and of the rest a share −cos theta: all of it where the motion turns round. What was slid beyond full
-//!   slip is none of it.
-//! * **Growth.** A contact that grows adds strength everywhere, and all of it sticks as long as friction grows less than k
-//!   times as fast as the limit. A small share of the way is left, so that what sticks slips again as springs meet their limits
-//!   when the contact shrinks; the old way goes on once the limit is back where it was before (wiping out, as in a cycle
+//! * **Turns.** A motion at an acute angle to the path continues the path. A motion at an obtuse angle theta unloads: the component
+//!   of the path against the motion is discarded, and of the remainder a share −cos theta, so all of it in a reversal. The part of a
+//!   slide beyond full slip never belongs to the path.
+//! * **Growth.** A growing contact gains strength everywhere, and all of it sticks as long as friction grows less than k times as fast
+//!   as the limit. A small share of the path is kept, so that stuck parts slip again as springs meet their limits when the
+//!   contact shrinks. The old path continues once the limit has returned to its value before the growth (wiping out, as in a cycle
 //!   of slide). (With Coulomb's law between half-spaces k is 1: Mindlin and Deresiewicz 1953, J. Appl. Mech. 20:327. In a law
-//!   tau ~ sigma^beta a rising pressure lets the strength grow beta times as fast.) In their cases the slip of before is there again
-//!   as well once a slide has let friction grow by as much as the limit. So it is after growths of the limit by up to a tenth;
-//!   after larger ones the finite elements' contacts stick on, and the old way is forgotten with the next slide.
-//! * **Shrinking.** A contact that is lifted while it is moved back goes on slipping at its rim: the way stays as long as
+//!   tau ~ sigma^beta the strength grows beta times as fast as the pressure.) In their cases the earlier slip also returns
+//!   once a slide has increased friction by as much as the limit has grown. This rule is used for growths of the limit by up to a
+//!   tenth. After larger ones the contacts of the finite elements stay stuck, and the next slide discards the old path.
+//! * **Shrinking.** A contact that is lifted while it moves back continues to slip at its rim. The path is kept as long as
 //!   friction falls less than k times as fast as the limit.
-//! * **Direction.** The share S that slips is S (1 + c cos(2 phi) (1 − S)) for a way at an angle phi to x, with c from a line over
+//! * **Direction.** The slipping share S becomes S (1 + c cos(2 phi) (1 − S)) for a path at an angle phi to x, with c from a line over
 //!   depth ([`crate::ParamsOf::slip_lead`]).
 
 use crate::math::{Arithmetic, Scalar};
-use crate::spring::NOTHING;
+use crate::spring::DIV_EPS;
 use crate::{Regime, StateOf};
 
-/// Slide of the plane that is taken note of, mm: more than the diagonal of a square of ±5 µm.
-pub(crate) const NOTICED_MM: f32 = 0.0145;
-/// Change of the depth whose effect on the limit is taken note of, mm.
-pub(crate) const NOTICED_DEPTH_MM: f32 = 0.0125;
-/// k: growth of friction over that of the limit up to which a growing contact sticks.
+/// Least slide that counts as a reversal, mm: more than the diagonal of a square of ±5 µm.
+pub(crate) const REVERSAL_DEADBAND_MM: f32 = 0.0145;
+/// Least change of depth whose effect on the limit counts, mm.
+pub(crate) const GROWTH_DEADBAND_MM: f32 = 0.0125;
+/// k: growth of friction over growth of the limit, up to which a growing contact sticks.
 const GROWTH: f32 = 0.8;
-/// A limit up to this share of the one before the contact grew is that one again.
+/// A limit up to this multiple of the limit before the growth counts as equal to it.
 const SAME: f32 = 1.01;
-/// A limit up to this share of the one before the contact grew has not forgotten it.
+/// A limit up to this multiple of the limit before the growth keeps the old path.
 const REMEMBERED: f32 = 1.1;
-/// Share of the way that is left when a contact grows; of a way of full slip at most.
+/// Share of the path that is kept when a contact grows; of a path to full slip at most.
 const LEFT: f32 = 0.03;
 
-/// The way since the last turn: slide along x and y, mm, and angle, rad.
-pub(crate) struct Way<T>(pub(crate) [T; 3]);
+/// Path since the last reversal: slide along x and y, mm, and angle, rad.
+pub(crate) struct SlipPath<T>(pub(crate) [T; 3]);
 
-/// Where a contact is and what it bears there.
-pub(crate) struct Course<T> {
-    /// Slide, mm, and angle, rad. The slide that pressing amounts to is none of the way: a contact that is only pressed and
-    /// lifted sticks.
+/// Position and load of a contact.
+pub(crate) struct ContactPoint<T> {
+    /// Slide, mm, and angle, rad, without the slide equivalent to the press: a contact that is only pressed and lifted sticks.
     pub(crate) here: [T; 3],
     /// Friction in full slip, N.
     pub(crate) limit: T,
-    /// Growth of it that is taken note of, N.
-    pub(crate) noticed_growth: T,
-    /// Of all springs together along x, N/mm.
+    /// Least growth of the limit that counts, N.
+    pub(crate) growth_deadband_n: T,
+    /// Stiffness of all springs along x, N/mm.
     pub(crate) stiffness: T,
-    /// Mean arm of the springs, which makes angles lengths.
+    /// Mean arm of the springs, which converts angles to lengths.
     pub(crate) gyration_mm: T,
 }
 
-impl<T: Scalar> Course<T> {
-    /// Scalar product of two ways, mm²; without spin (P is 1) of their slides alone.
+impl<T: Scalar> ContactPoint<T> {
+    /// Scalar product of two paths, mm²; without spin (P is 1) of their slides alone.
     #[inline(always)]
     fn dot<const P: usize>(&self, a: [T; 3], b: [T; 3]) -> T {
         let plane = a[0] * b[0] + a[1] * b[1];
         if P == 1 { plane } else { plane + self.gyration_mm * self.gyration_mm * (a[2] * b[2]) }
     }
 
-    /// Whether a change of the limit, N, is more than what friction changes by along a way of this square, mm².
+    /// Whether a change of the limit, N, exceeds the change of friction along a path of this square, mm².
     #[inline(always)]
     fn outweighs(&self, grown: T, square: T) -> bool {
         grown * grown > square * self.stiffness * self.stiffness
     }
 
-    /// Share of a way that leads to full slip, at most 1: what the plane slides beyond it changes nothing. Full slip is taken to
-    /// be where the mean of the springs slips.
+    /// Share of a path that leads to full slip, at most 1. Full slip is assumed where the mean of the springs slips.
     #[inline(always)]
     fn share_to_full_slip(&self, [x, y, _]: [T; 3]) -> T {
         let full = self.limit / self.stiffness;
-        (full * full / (x * x + y * y + T::of(NOTHING))).at_most(T::of(1.0)).sqrt()
+        (full * full / (x * x + y * y + T::of(DIV_EPS))).at_most(T::of(1.0)).sqrt()
     }
 }
 
-/// A way less another, or a place less a way; without spin (P is 1) the angle is left alone.
+/// Difference of two paths, or of a position and a path; without spin (P is 1) the angle is that of `a`.
 #[inline(always)]
 fn less<const P: usize, T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] - b[0], a[1] - b[1], if P == 1 { a[2] } else { a[2] - b[2] }]
 }
 
-impl<T: Scalar> Way<T> {
-    /// Follows the motion, before the springs move.
+impl<T: Scalar> SlipPath<T> {
+    /// Updates the path by the motion, before the springs move.
     ///
-    /// * `stretch`: displacement, mm, of the spring that touches first, which slips last: the direction of friction
+    /// * `stretch`: displacement, mm, of the spring that touches first and slips last, as the direction of friction
     #[inline(always)]
     pub(crate) fn follow<const M: usize, const P: usize>(
         state: &mut StateOf<M, P, T>,
-        course: &Course<T>,
+        contact: &ContactPoint<T>,
         stretch: impl Fn(&StateOf<M, P, T>) -> [T; 2],
     ) -> Self {
-        let &Course { here, limit, .. } = course;
-        let (noticed, nothing) = (T::of(NOTICED_MM), T::of(0.0));
+        let &ContactPoint { here, limit, .. } = contact;
+        let (noticed, nothing) = (T::of(REVERSAL_DEADBAND_MM), T::of(0.0));
         let moved = less::<P, T>(here, state.reached);
-        let square = course.dot::<P>(moved, moved);
+        let square = contact.dot::<P>(moved, moved);
         let grown = limit - state.limit_reached;
         let weighed = T::of(GROWTH) * grown;
         let is_far = square > noticed * noticed;
-        if is_far || grown > course.noticed_growth {
-            let grows = grown > nothing && course.outweighs(weighed, square);
-            // As long as the larger of growth and slide is below its threshold, both are kept.
-            let is_clear = if grows { grown > course.noticed_growth } else { is_far };
+        if is_far || grown > contact.growth_deadband_n {
+            let grows = grown > nothing && contact.outweighs(weighed, square);
+            // Both are kept while the larger of growth and slide is below its threshold.
+            let is_clear = if grows { grown > contact.growth_deadband_n } else { is_far };
             if is_clear {
                 if grows {
-                    grow(state, course);
+                    grow(state, contact);
                 } else {
                     if state.limit_before > nothing {
-                        recall(state, course);
+                        restore_history(state, contact);
                     }
-                    let way = less::<P, T>(state.reached, state.turn);
-                    let ahead = course.dot::<P>(moved, way);
+                    let path = less::<P, T>(state.reached, state.turn);
+                    let ahead = contact.dot::<P>(moved, path);
                     if ahead < nothing {
-                        if course.outweighs(weighed, square) && points_along(stretch(state), way) {
-                            state.turn = less::<P, T>(here, way);
+                        if contact.outweighs(weighed, square) && points_along(stretch(state), path) {
+                            state.turn = less::<P, T>(here, path);
                         } else {
-                            turn(state, course, moved, [square, ahead], way);
+                            reverse(state, contact, moved, [square, ahead], path);
                         }
                         state.limit_before = nothing;
                     }
@@ -132,13 +131,13 @@ impl<T: Scalar> Way<T> {
                 state.limit_reached = limit;
             }
         } else if grown < nothing {
-            if grown < -course.noticed_growth {
-                let way = less::<P, T>(state.reached, state.turn);
-                if course.dot::<P>(moved, way) < nothing
-                    && course.outweighs(weighed, square)
-                    && points_along(stretch(state), way)
+            if grown < -contact.growth_deadband_n {
+                let path = less::<P, T>(state.reached, state.turn);
+                if contact.dot::<P>(moved, path) < nothing
+                    && contact.outweighs(weighed, square)
+                    && points_along(stretch(state), path)
                 {
-                    state.turn = less::<P, T>(here, way);
+                    state.turn = less::<P, T>(here, path);
                     state.reached = here;
                 }
                 state.limit_reached = limit;
@@ -152,53 +151,53 @@ impl<T: Scalar> Way<T> {
     }
 }
 
-/// Whether friction, by the stretch of a spring, still points along the way. A contact that shrinks faster than it is moved back
-/// then goes on slipping at its rim, and the way stays.
+/// Whether friction, by the displacement of a spring, still points along the path. A contact that shrinks faster than it moves back
+/// then continues to slip at its rim, and the path is kept.
 #[inline(always)]
-fn points_along<T: Scalar>([x, y]: [T; 2], way: [T; 3]) -> bool {
-    x * way[0] + y * way[1] > T::of(0.0)
+fn points_along<T: Scalar>([x, y]: [T; 2], path: [T; 3]) -> bool {
+    x * path[0] + y * path[1] > T::of(0.0)
 }
 
-/// The contact is moved back, straight or at an obtuse angle theta to its way: what goes back is forgotten, and of the rest, across
-/// the motion, a share 1 + cos theta is left.
+/// The contact moves back, straight or at an obtuse angle theta to its path. The component against the motion is discarded, and of
+/// the component across the motion a share 1 + cos theta is kept.
 ///
-/// * `square`, `ahead`: square of what was moved since the last one taken note of, and its scalar product with the way, mm²
+/// * `square`, `ahead`: square of the motion since the last recorded position, and its scalar product with the path, mm²
 #[inline(always)]
-fn turn<const M: usize, const P: usize, T: Scalar>(
+fn reverse<const M: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
-    course: &Course<T>,
+    contact: &ContactPoint<T>,
     moved: [T; 3],
     [square, ahead]: [T; 2],
-    way: [T; 3],
+    path: [T; 3],
 ) {
     let back = ahead / square;
-    let cosine = (ahead * back / (course.dot::<P>(way, way) + T::of(NOTHING))).magnitude().sqrt();
-    let left = (T::of(1.0) - cosine) * course.share_to_full_slip(way);
-    let across = less::<P, T>(way, moved.map(|m| back * m));
+    let cosine = (ahead * back / (contact.dot::<P>(path, path) + T::of(DIV_EPS))).magnitude().sqrt();
+    let left = (T::of(1.0) - cosine) * contact.share_to_full_slip(path);
+    let across = less::<P, T>(path, moved.map(|m| back * m));
     state.turn = less::<P, T>(state.reached, across.map(|w| left * w));
 }
 
-/// The contact grows while it sticks: its way begins anew but for a small share, and the old one is kept.
+/// The contact grows while it sticks: its slip path restarts except for a small share, and the old one is stored.
 #[inline(always)]
-fn grow<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, course: &Course<T>) {
+fn grow<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, contact: &ContactPoint<T>) {
     if !(state.limit_before > T::of(0.0)) {
         state.turn_before = state.turn;
         state.limit_before = state.limit_reached;
     }
-    let way = less::<P, T>(course.here, state.turn_before);
-    let left = T::of(LEFT) * course.share_to_full_slip(way);
-    state.turn = less::<P, T>(course.here, way.map(|w| left * w));
+    let path = less::<P, T>(contact.here, state.turn_before);
+    let left = T::of(LEFT) * contact.share_to_full_slip(path);
+    state.turn = less::<P, T>(contact.here, path.map(|w| left * w));
 }
 
-/// The contact has grown and now slides: its old way goes on where the limit is what it was or friction has made up for a small
-/// growth; after a large one it is forgotten.
+/// The contact has grown and now slides. Its old path continues if the limit has returned to its value or friction has grown by as
+/// much as a small growth; after a large growth the old path is discarded.
 #[inline(always)]
-fn recall<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, course: &Course<T>) {
+fn restore_history<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, contact: &ContactPoint<T>) {
     let before = state.limit_before;
-    if course.limit <= T::of(REMEMBERED) * before {
-        let since = less::<P, T>(course.here, state.turn);
-        let is_back = course.limit <= T::of(SAME) * before;
-        if !is_back && course.outweighs(course.limit - before, course.dot::<P>(since, since)) {
+    if contact.limit <= T::of(REMEMBERED) * before {
+        let since = less::<P, T>(contact.here, state.turn);
+        let is_back = contact.limit <= T::of(SAME) * before;
+        if !is_back && contact.outweighs(contact.limit - before, contact.dot::<P>(since, since)) {
             return;
         }
         state.turn = state.turn_before;
@@ -206,22 +205,26 @@ fn recall<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T
     state.limit_before = T::of(0.0);
 }
 
-/// The stick ratio of a contact in which slip leads along x and lags along y.
+/// Stick ratio of a contact in which slip spreads sooner along x than along y.
 #[inline(always)]
-pub(crate) fn led<T: Arithmetic>(stick_ratio: T, slip_lead: T, Way([x, y, _]): &Way<T>) -> T {
+pub(crate) fn directional_correction<T: Arithmetic>(
+    stick_ratio: T,
+    slip_lead: T,
+    SlipPath([x, y, _]): &SlipPath<T>,
+) -> T {
     let (along, across) = (*x * *x, *y * *y);
-    let lead = slip_lead * (along - across) / (along + across + T::of(NOTHING));
+    let lead = slip_lead * (along - across) / (along + across + T::of(DIV_EPS));
     stick_ratio * (T::of(1.0) - lead * (T::of(1.0) - stick_ratio))
 }
 
-/// p of a spring: `way` since the last turn and its square, the scalar product `ahead` of the way and the place v where the spring
-/// is now, from the middle of its limit, and by how much v is `over` the limit's square, at most 0.
+/// p of a spring, from the `square` of its path since the last reversal, the scalar product `ahead` of the path and its displacement v
+/// from the middle of its limit, and the excess `over` of v² over the squared limit, at most 0.
 ///
-/// p solves |v − way + way/p| = limit. It is at most 1, as the root is at least `ahead` after rounding as well.
+/// p solves |v − path + path/p| = limit. It is at most 1, as the root is at least `ahead` after rounding as well.
 #[inline(always)]
-pub(crate) fn share_of_way<T: Arithmetic>(square: T, ahead: T, over: T) -> T {
+pub(crate) fn share_of_path<T: Arithmetic>(square: T, ahead: T, over: T) -> T {
     let root = (ahead * ahead - square * over).magnitude().sqrt();
-    square / (square + T::of(NOTHING) + (root - ahead))
+    square / (square + T::of(DIV_EPS) + (root - ahead))
 }
 
 /// [`Regime::classify`] of a contact, for a stick ratio within 0 and 1.
@@ -235,7 +238,7 @@ pub(crate) fn regime_of<T: Scalar>(stick_ratio: T) -> Regime {
 mod tests {
     use crate::{Motion, Params, Regime, Response, State};
 
-    /// Steps to a depth and by a slide along x, in steps of 5 µm; the answers on the way.
+    /// Steps to a depth and by a slide along x, in steps of 5 µm; the responses on the way.
     fn go(state: &mut State, depth_mm: f32, slide_mm: f32) -> std::vec::Vec<Response> {
         go_along(state, depth_mm, slide_mm, 0.0)
     }
@@ -364,7 +367,8 @@ mod tests {
     fn the_lead_keeps_order_and_ends() {
         for lead in [-1.0f32, -0.4, 0.0, 0.7, 1.0] {
             for way in [[1.0, 0.0], [0.0, 2.0], [0.3, -0.3], [0.0, 0.0]] {
-                let of = |ratio: f32| super::led(ratio, lead, &super::Way([way[0], way[1], 0.0]));
+                let of =
+                    |ratio: f32| super::directional_correction(ratio, lead, &super::SlipPath([way[0], way[1], 0.0]));
                 assert_eq!([of(0.0), of(1.0)], [0.0, 1.0]);
                 for k in 0..100 {
                     assert!(of(k as f32 / 100.0) <= of((k + 1) as f32 / 100.0) + 1e-6, "{lead} {way:?} {k}");

@@ -158,7 +158,7 @@ impl Consumer {
         run(self.program("wrapper", "").arg(root().join(MODEL)).arg(pad))
     }
 
-    /// A project that asks for what is not there hears of it when it is configured.
+    /// The configuration of a project fails if it requires a version or a processor that is not there.
     fn refuses_another_version_and_processor(&self) -> Result<()> {
         let lists = self.source.join("CMakeLists.txt");
         let text = fs::read_to_string(&lists)?;
@@ -212,7 +212,7 @@ impl Consumer {
             let out = Command::new(&program).output()?;
             let says = String::from_utf8_lossy(&out.stdout);
             print!("{says}");
-            ensure!(out.status.success() && says.contains("slip"), "{} does not tell of slip", source.display());
+            ensure!(out.status.success() && says.contains("slip"), "{} does not report slip", source.display());
         }
         Ok(())
     }

@@ -7,7 +7,7 @@
 //! | slow | `cargo xtask test --slow` | before a release and in CI: the rest |
 //!
 //! Main type: [`Step`]. The steps of a tier run in two lanes side by side (see [`Lane`]). Uses `package` for the
-//! published crates, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `warp`, `c_test` and `fmu_test` for the
+//! published crates, `book` for the pages, `thumb` for the firmware, `web`, `wheel`, `mujoco`, `warp`, `c_test` and `fmu_test` for the
 //! bindings, `times` for the table of times and `install` for missing tools.
 
 use std::fs::{self, File};
@@ -18,7 +18,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 
 use crate::times::Times;
-use crate::{c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, warp, web, wheel};
+use crate::{book, c_test, cargo, fmu_test, install, mujoco, package, root, run, thumb, warp, web, wheel};
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -77,6 +77,8 @@ enum Step {
     Fmu,
     /// The page: built, below its size, and tested in headless Chromium against the core on the host
     Web,
+    /// The book of `docs/`: built by mdBook, complete, without a broken link, 1200 and 400 px wide in headless Chromium
+    Book,
     /// The MuJoCo plugin, built against pip's MuJoCo: motion, memory, energy, misuse, a held object beside MuJoCo's contact
     Mujoco,
     /// The Python package without the program: wheel in a fresh environment, bits of the core, type stubs
@@ -131,9 +133,14 @@ impl Step {
             Self::Clippy | Self::Doc | Self::Doctest | Self::Package | Self::SlowTests | Self::Properties => {
                 (Tier::Slow, Lane::Workspace)
             }
-            Self::ThumbOther | Self::ThumbC | Self::C | Self::Fmu | Self::Web | Self::Mujoco | Self::Python => {
-                (Tier::Slow, Lane::Others)
-            }
+            Self::ThumbOther
+            | Self::ThumbC
+            | Self::C
+            | Self::Fmu
+            | Self::Web
+            | Self::Book
+            | Self::Mujoco
+            | Self::Python => (Tier::Slow, Lane::Others),
             // Minutes for the compilation of its kernels.
             Self::Warp => (Tier::Named, Lane::Others),
         }
@@ -167,6 +174,7 @@ impl Step {
                 doc.current_dir(root()).env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps"]);
                 run(&mut doc)
             }
+            Self::Book => book::test(),
             Self::Package => package::test(),
             Self::Doctest => cargo(&["test", "--release", "--workspace", "--doc"], &[]),
             Self::Mujoco => mujoco::test(),

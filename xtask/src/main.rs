@@ -1,6 +1,7 @@
 //! Chores of the project; each prints its actions.
 
 mod bench_bindings;
+mod book;
 mod c_release;
 mod c_test;
 mod fmu_test;
@@ -51,6 +52,8 @@ enum Chore {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
+    /// The book of `docs/` as a static site in `target/book/html`, with all its links checked
+    Book(book::Args),
     /// The finite elements against eight published experiments: one page with a figure and a verdict each (a quarter of an hour;
     /// --coarse: a minute)
     Experiments {
@@ -118,6 +121,7 @@ fn main() -> anyhow::Result<()> {
                 )
             }
         },
+        Chore::Book(args) => book::main(&args),
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model { scores } => model(scores),
         Chore::ReleaseC(args) => c_release::main(&args),

@@ -1,7 +1,8 @@
 //! The page: compile the core for the browser, put the folder together, test it, take its picture.
 //!
-//! Main type: [`Action`]. Uses `thumb::tools` for the compiler and `install` for what is missing.
+//! Main type: [`Action`]. Also opens the pages of the book. Uses `thumb::tools` for the compiler and `install` for what is missing.
 
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
@@ -69,6 +70,18 @@ pub fn test() -> Result<()> {
     chromium()?;
     reference()?;
     node(&["--test", "--test-reporter=spec", "page.test.js"], None)
+}
+
+/// Opens every page of a built book in Chromium, wide and narrow; writes pictures of them to a folder, if one is given.
+pub fn book(site: &Path, pictures: Option<&Path>) -> Result<()> {
+    packages()?;
+    chromium()?;
+    let mut node = Command::new("node");
+    node.current_dir(root().join(WEB).join("test")).arg("book.js").arg(std::path::absolute(site)?);
+    if let Some(folder) = pictures {
+        node.arg(std::path::absolute(folder)?);
+    }
+    run(&mut node)
 }
 
 fn build() -> Result<()> {

@@ -1,5 +1,5 @@
 /* A finger is pressed 1 mm onto a ball of 20 mm radius, then rolls sideways on it: roll_on_ball FINGERTIP-PAD.fpm
- * Prints how the contact wanders along the skin, and what the middle of the skin bears. */
+ * Prints how the contact wanders along the skin, and the load of the middle of the skin. */
 #include "common.h"
 
 int main(int argc, char **argv)

@@ -14,7 +14,7 @@ pub const FINGERPAD_VERSION_UNKNOWN: i32 = 2;
 pub const FINGERPAD_LENGTH: i32 = 3;
 /// The checksum does not agree: damaged.
 pub const FINGERPAD_CHECKSUM: i32 = 4;
-/// A pointer is not aligned as its type asks; a model file must lie at an address divisible by 4.
+/// A pointer is not aligned as its type requires; a model file must lie at an address divisible by 4.
 pub const FINGERPAD_ALIGNMENT: i32 = 5;
 /// Another number of springs, table nodes or modes than this library was built for, or more than FINGERPAD_PATCHES_MAX patches.
 pub const FINGERPAD_SHAPE: i32 = 6;
@@ -22,7 +22,7 @@ pub const FINGERPAD_SHAPE: i32 = 6;
 /// a pad's file goes to `fingerpad_pad_load`. From `fingerpad_pad_load`: the file is not that of a pad; a bed's file goes to
 /// `fingerpad_model_load`.
 pub const FINGERPAD_SECTION: i32 = 7;
-/// A value is no number or out of its range.
+/// A value is not a number or out of its range.
 pub const FINGERPAD_RANGE: i32 = 8;
 /// A table of the file falls where it must not.
 pub const FINGERPAD_NOT_MONOTONE: i32 = 9;
@@ -78,7 +78,7 @@ pub extern "C" fn fingerpad_error_text(code: i32) -> *const c_char {
         FINGERPAD_ALIGNMENT => c"a pointer is not aligned (a model file must lie at an address divisible by 4)",
         FINGERPAD_SHAPE => c"made for another number of springs, table nodes, modes or patches",
         FINGERPAD_SECTION => c"the file has another content (load a pad with fingerpad_pad_load, a bed with fingerpad_model_load), or an unknown effect",
-        FINGERPAD_RANGE => c"a value is no number or out of its range",
+        FINGERPAD_RANGE => c"a value is not a number or out of its range",
         FINGERPAD_NOT_MONOTONE => c"a table of the file falls where it must not",
         FINGERPAD_NOT_PASSIVE => c"the file's numbers would let a closed path create energy",
         FINGERPAD_BUFFER => c"a buffer is too small, or arrays of a batch are of different length",

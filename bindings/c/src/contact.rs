@@ -15,7 +15,7 @@ pub struct fingerpad_contact {
     opaque: [u32; 39],
 }
 
-/// What effects depend on and a motion does not tell. `fingerpad_surroundings_default` gives the reference state.
+/// Conditions that effects depend on and a motion does not contain. `fingerpad_surroundings_default` gives the reference state.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_surroundings {
@@ -124,7 +124,7 @@ pub unsafe extern "C" fn fingerpad_contact_set_strength_factor(contact: *mut fin
     answer(unsafe { memory(contact) }.and_then(|contact| set_strength_factor(&mut contact.state, factor)))
 }
 
-/// The finger has rested in the air: what builds up under occlusion starts anew.
+/// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_contact_rested(contact: *mut fingerpad_contact) -> i32 {
     // SAFETY: the caller's promise.

@@ -1,11 +1,12 @@
 //! The real-time models for C: bed and pad. No allocation, no panic, no global state; the caller owns all memory.
 //!
-//! Each function checks its pointers and handles before it touches anything and answers with a code ([`codes`]). What C sees
+//! Each function checks its pointers and handles before it changes anything, and returns a code ([`codes`]). What C sees
 //! is in [`types`] (plain numbers) and beside the functions (memory whose inside is the library's own). The C header is
 //! written from here by `build.rs`.
 #![no_std]
 #![allow(non_camel_case_types)]
-// What the caller promises is the same for all functions, checked as far as can be, and told once in the header's preface.
+// The obligations of the caller are the same for all functions. They are checked as far as possible and stated once in the
+// header's preface.
 #![allow(clippy::missing_safety_doc)]
 
 mod batch;

@@ -25,13 +25,13 @@ pub struct fingerpad_model_info {
     pub roll_deg: f32,
     /// Number of effects in the file.
     pub effects: u32,
-    /// Checksum of the numbers, by which a saved state knows its model.
+    /// Checksum of the numbers; a saved state contains it.
     pub checksum: u32,
     /// The file's description, JSON in UTF-8 without an end mark, inside the file.
     pub meta: *const c_char,
     /// Its length in bytes.
     pub meta_length: usize,
-    /// Number of columns of the user's own that tables of the file read: `fingerpad_model_own_column` tells which.
+    /// Number of columns of the user's own that tables of the file read; `fingerpad_model_own_column` describes each.
     pub own_columns: u32,
 }
 

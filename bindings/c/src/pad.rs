@@ -42,7 +42,7 @@ pub struct fingerpad_pad_info {
     pub pitch_max_deg: f32,
     /// Largest roll of the fit to either side, degrees.
     pub roll_max_deg: f32,
-    /// Checksum of the numbers, by which a saved state knows its pad.
+    /// Checksum of the numbers; a saved state contains it.
     pub checksum: u32,
     /// Bytes of a saved state: 940 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
     pub state_bytes: u32,

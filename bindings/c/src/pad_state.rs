@@ -8,7 +8,7 @@ use crate::pad::{FINGERPAD_PATCHES_MAX, LoadedPad, fingerpad_body, fingerpad_pad
 use crate::pointer::{check, exclusive, items, items_mut, shared, write};
 use crate::types::fingerpad_response;
 
-/// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` tells how many a pad's states have.
+/// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
 pub const FINGERPAD_PAD_STATE_BYTES: usize = 1264;
 
 /// All that a contact of a pad remembers: 1256 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
@@ -43,7 +43,7 @@ pub struct fingerpad_pad_motion {
     pub dt_s: f32,
 }
 
-/// What one patch of skin bears.
+/// Load of one patch of skin.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_patch {
@@ -171,7 +171,7 @@ fn step<const P: usize>(
     pad.step(state, body, motion, [pitch_deg, roll_deg])
 }
 
-/// Writes what each patch bears to where there is room for all of them. Not inlined either.
+/// Writes the load of each patch to an array with room for all of them. Not inlined either.
 #[inline(never)]
 unsafe fn write_patches<const P: usize>(
     pad: &TunedPad<'_>,
@@ -287,7 +287,7 @@ pub unsafe extern "C" fn fingerpad_pad_step(
     answer(stepped())
 }
 
-/// What each patch bears after the last step, on the body of that step: into an array of `count` patches, of which the first
+/// Writes the load of each patch after the last step, on the body of that step, to an array of `count` patches. The first
 /// `patches` of `fingerpad_pad_info` are written. Costs as much as a round of a step, and
 /// 2 to 4 kB more stack than one.
 ///

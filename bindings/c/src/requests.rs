@@ -1,4 +1,4 @@
-//! What a controller asks beside steps: derivatives, the least grip.
+//! Requests of a controller besides steps: derivatives, the least grip.
 
 use fingerpad::Gradient;
 

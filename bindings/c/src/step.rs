@@ -12,7 +12,7 @@ pub fn advance<const P: usize>(model: &Loaded, state: &mut Memory<P>, motion: fi
     fingerpad::step(&model.model, state, motion.into()).into()
 }
 
-/// Advances a contact by one step. A motion of any bits is taken; what is wrong with it is told in `status` of the response.
+/// Advances a contact by one step. A motion of any bits is accepted; `status` of the response reports its errors.
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
 #[unsafe(no_mangle)]

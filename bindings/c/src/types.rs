@@ -23,7 +23,7 @@ pub const FINGERPAD_STATUS_LARGE_INCREMENT: u16 = 16;
 pub const FINGERPAD_STATUS_LOAD_NOT_REACHED: u16 = 32;
 /// Flag of `status`: the motion spins and the state does not know spin; the step was taken without it.
 pub const FINGERPAD_STATUS_SPIN_IGNORED: u16 = 64;
-/// Flag of `status`: the state held what is no number and was begun anew; the forces are those of a fresh contact.
+/// Flag of `status`: the state had a value that is not a number and was reset; the forces are those of a fresh contact.
 pub const FINGERPAD_STATUS_MEMORY_LOST: u16 = 128;
 /// Flag of `status`: an effect led beyond its range and was held there.
 pub const FINGERPAD_STATUS_EFFECT_HELD: u16 = 256;

@@ -17,7 +17,7 @@ pub const FINGERPAD_RESTICK: u8 = 3;
 /// The finger leaves the plane.
 pub const FINGERPAD_LIFT_OFF: u8 = 4;
 
-/// Most events that one look can tell: a finger that lands slipping.
+/// Most events that one look can report: a finger that lands slipping.
 pub const FINGERPAD_EVENTS_A_LOOK: usize = 3;
 
 /// Sees changes from one response to the next, through noise. Set it up with `fingerpad_watch_init`.
@@ -37,7 +37,7 @@ pub struct fingerpad_event {
     pub change: u8,
 }
 
-/// When a watch tells a change: thresholds with a gap between there and back (hysteresis), and the number of looks in a row
+/// When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of successive looks
 /// that must agree (debounce). `fingerpad_watch_settings_default` gives the usual ones.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -52,9 +52,9 @@ pub struct fingerpad_watch_settings {
     pub partial_restick: f32,
     /// A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
     pub restick: f32,
-    /// Looks in a row before slip or stick is told; 0 counts as 1.
+    /// Successive looks before slip or stick is reported; 0 counts as 1.
     pub looks: u8,
-    /// Looks in a row before touch or lift-off is told; 0 counts as 1.
+    /// Successive looks before touch or lift-off is reported; 0 counts as 1.
     pub contact_looks: u8,
 }
 
@@ -94,8 +94,8 @@ pub unsafe extern "C" fn fingerpad_watch_settings_default(settings: *mut fingerp
     answer(unsafe { write(settings, usual) })
 }
 
-/// A watch for one finger, which starts in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a threshold that is no number
-/// from 0 to 1.
+/// A watch for one finger, which starts in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a threshold that is not a
+/// number from 0 to 1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_watch_init(
     watch: *mut fingerpad_watch,

@@ -126,6 +126,29 @@ def pulled_card(timestep=0.001, **attributes):
     return scene.replace("<actuator>", '<actuator><position name="pull" joint="object" kp="500" dampratio="1"/>')
 
 
+def fan(timestep=0.001, friction=0.2, **attributes):
+    """Two cards between two pads, each touched by one finger; MuJoCo's own contact acts between the cards. The actuator `pull` moves the
+    card at the right finger up, m."""
+    scene = grip(held="card", timestep=timestep, **{"model_file": PAD_FILE, **attributes})
+    scene = scene.replace('<flag contact="disable"/>', "").replace("<option ", '<option cone="elliptic" impratio="100" ')
+    half = OBJECTS["card"][0]
+    card = f'{OBJECTS["card"][2]} mass="0.005" condim="3" friction="{friction} 0.005 0.0001" solref="0.01 1"'
+    begin, end = scene.index('<body name="object">'), scene.index("</body>", scene.index('<body name="object">')) + 7
+    cards = (
+        f'<body name="object" pos="{-half} 0 0"><freejoint name="object"/><geom name="object" {card}/></body>'
+        f'<body name="other" pos="{half} 0 0"><joint name="other" type="slide" axis="0 0 1"/><joint type="slide" axis="1 0 0"/>'
+        f'<geom name="other" {card}/></body>'
+    )
+    scene = scene[:begin] + cards + scene[end:]
+    for sign in (-1, 1):
+        # The sites begin in front of both cards.
+        scene = scene.replace(f'pos="{sign * half} 0 0" xyaxes', f'pos="{sign * (2 * half + 1e-4)} 0 0" xyaxes')
+    before, right = scene.split('<instance name="right">')
+    right = right.replace('key="geoms" value="object"', 'key="geoms" value="other"', 1)
+    scene = f'{before}<instance name="right">{right}'
+    return scene.replace("<actuator>", '<actuator><position name="pull" joint="other" kp="500" dampratio="1"/>')
+
+
 def one_slide(timestep=0.001, integrator="RK4", depth_mm=1.5, mass=MASS_KG, **attributes):
     """An object that can only fall, held by one finger from the side: one degree of freedom, for comparison with a
     calculation by hand. The finger is pressed in by ``depth_mm`` throughout."""

@@ -26,9 +26,7 @@ static int set_strength(memory* past, const settings* s, float strength_factor) 
 }
 
 void memory_clear(memory* past, const settings* s, float strength_factor) {
-  known_stability stable = past->stable;
   memset(past, 0, sizeof(*past));
-  past->stable = stable;
   if (s->is_pad) {
     fingerpad_pad_state_init(&s->pad, &past->model.pad);
   } else {
@@ -55,8 +53,10 @@ void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
   mju_copy3(past->rest, numbers + 5);
   mju_copy3(past->last.apex, numbers + 8);
   past->last.touches = numbers[11] != 0;
-  past->stable = (known_stability){
-      numbers[12], {mju_clip(numbers[13], 0, 1), mju_clip(numbers[14], 0, 1)}, numbers[15], numbers[16]};
+  const mjtNum* stable = numbers + 12;
+  past->stable = (known_stability){.step_s = stable[0], .calm_s = stable[1], .depth_mm = stable[2], .touching = stable[3]};
+  mju_copy(past->stable.stiffness, stable + 4, TRIANGLE);
+  mju_copy(past->by_constraints, stable + 4 + TRIANGLE, AXES);
 }
 
 void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
@@ -69,11 +69,13 @@ void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
   mju_copy3(numbers + 5, past->rest);
   mju_copy3(numbers + 8, past->last.apex);
   numbers[11] = past->last.touches;
-  numbers[12] = past->stable.step_s;
-  numbers[13] = past->stable.shares.normal;
-  numbers[14] = past->stable.shares.slide;
-  numbers[15] = past->stable.depth_mm;
-  numbers[16] = past->stable.touching;
+  mjtNum* stable = numbers + 12;
+  stable[0] = past->stable.step_s;
+  stable[1] = past->stable.calm_s;
+  stable[2] = past->stable.depth_mm;
+  stable[3] = past->stable.touching;
+  mju_copy(stable + 4, past->stable.stiffness, TRIANGLE);
+  mju_copy(stable + 4 + TRIANGLE, past->by_constraints, AXES);
   for (int i = 0; i < count; i++) numbers[NUMBERS_BESIDE + i] = words[i];
 }
 
@@ -139,18 +141,24 @@ static void begin(memory* past, const settings* s, const placement* here, float 
   if (here->body.kind != FINGERPAD_BODY_CYLINDER) past->foot[0] = 0;
 }
 
-/* Reports the limits of stability, and whether the time step is longer. */
-static void report_stability(outcome* now, const memory* past, mjtNum dt) {
-  mjtNum step_s = past->stable.step_s;
-  if (!past->last.touches || !(step_s > 0 && step_s < NO_LIMIT_S)) return;
-  now->stable_step_s = step_s;
-  now->shares = past->stable.shares;
-  if (dt > step_s) now->status |= STATUS_STEP_TOO_LONG;
+/* Whether the contact, as a disk of its area about the centre of pressure, reaches beyond the edge of the face. */
+static int is_beyond_edge(const placement* here, const fingerpad_response* r) {
+  mjtNum cosine = cos(here->angle), sine = sin(here->angle), radius = sqrt(r->contact_area_mm2 / mjPI) / MM_PER_M;
+  mjtNum x = r->pressure_centre_x_mm / MM_PER_M, y = r->pressure_centre_y_mm / MM_PER_M;
+  mjtNum u = here->foot[0] + x * cosine - y * sine, v = here->foot[1] + x * sine + y * cosine;
+  return mju_abs(u) + radius > here->half[0] || mju_abs(v) + radius > here->half[1] || sqrt(u * u + v * v) + radius > here->rim;
+}
+
+void report_stability(outcome* now, const settings* s, const known_stability* stable, mjtNum dt) {
+  if (!(stable->step_s > 0 && stable->step_s < NO_LIMIT_S)) return;
+  now->stable_step_s = stable->step_s;
+  now->is_semi_implicit = !s->is_explicit && dt > stable->calm_s;
+  if (dt > stable->step_s && !now->is_semi_implicit) now->status |= STATUS_STEP_TOO_LONG;
 }
 
 outcome contact_step(memory* past, const settings* s, const placement* here, int finite, float strength_factor, mjtNum dt) {
   static const float NOWHERE[3] = {0, 0, 0};
-  outcome now = {.face = here->face, .stable_step_s = NO_LIMIT_S, .shares = {1, 1}};
+  outcome now = {.face = here->face, .stable_step_s = NO_LIMIT_S};
   int lost = set_strength(past, s, strength_factor) == FINGERPAD_NOT_SET_UP;
   if (lost) {
     /* The plugin's state was overwritten with numbers that no step leaves there. */
@@ -160,7 +168,7 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
   if (!finite) {
     /* The model keeps its memory and flags it; no force acts on bodies whose place is unknown. */
     model_step(past, s, here, NOWHERE, NAN, dt, &now.model);
-    now = (outcome){.face = NO_FACE, .status = now.model.status, .stable_step_s = NO_LIMIT_S, .shares = {1, 1}};
+    now = (outcome){.face = NO_FACE, .status = now.model.status, .stable_step_s = NO_LIMIT_S};
     past->status = now.status;
     return now;
   }
@@ -183,7 +191,7 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
   /* Beyond the middle of a round body the finger closes around it; the pad has no such contact. */
   if (here->body.kind != FINGERPAD_BODY_PLANE && now.depth_mm > here->body.radius_mm) now.status |= FINGERPAD_STATUS_DEPTH_ABOVE_RANGE;
   past->last.touches = now.model.regime != FINGERPAD_NO_CONTACT;
-  report_stability(&now, past, dt);
+  if (past->last.touches && is_beyond_edge(here, &now.model)) now.status |= STATUS_BEYOND_EDGE;
   /* In the air the apex of a round body goes along with the finger. */
   if (now.model.regime == FINGERPAD_NO_CONTACT && here->body.kind != FINGERPAD_BODY_PLANE) {
     memory_clear(past, s, strength_factor);
@@ -199,8 +207,7 @@ void outcome_write(const outcome* now, mjtNum numbers[OUTPUT_NUMBERS]) {
       now->depth_mm,     r->stick_ratio,       r->slip_margin,           r->friction_limit_n,
       r->contact_area_mm2, r->pressure_centre_x_mm, r->pressure_centre_y_mm, r->regime,
       now->status,       now->face,            now->damping[0],          now->damping[1],
-      now->damping[2],   now->damping[3],      now->stable_step_s,    now->shares.normal,
-      now->shares.slide,
+      now->damping[2],   now->damping[3],      now->stable_step_s,    now->is_semi_implicit,
   };
   mju_copy(numbers, all, OUTPUT_NUMBERS);
 }

@@ -11,24 +11,27 @@
 
 /* Numbers that the plugin's state holds for one contact beside the words of the model's memory: those of `memory` other than
  * `model`. */
-#define NUMBERS_BESIDE 17
+#define NUMBERS_BESIDE 43
 /* Numbers of a sensor for one contact; fingerpad_mujoco.py names them. */
-#define OUTPUT_NUMBERS 21
+#define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
 #define STATUS_STEP_TOO_LONG 16384
+/* Flag of `status`: part of the contact lies beyond the edge of the face, where the model has a face as well. */
+#define STATUS_BEYOND_EDGE 32768
 
-/* Shares of the damper on the rate of depth, and of those on slide, spin and tilt: 1, or less where dampers in full would be too stiff
- * for the time step. */
-typedef struct {
-  mjtNum normal, slide;
-} damping_shares;
+/* Shifts of the finger's site along x, y and z of the contact, and turns about them. */
+#define AXES 6
+/* Numbers of the lower triangle of a symmetric matrix over these axes. */
+#define TRIANGLE 21
 
-/* The limits of stability as they were last computed for a contact, and for which state: its depth, mm, and the number of contacts
- * that touched in the whole model. A contact that was never computed has zeros. */
+/* The limits of stability and the stiffness as they were last computed for a contact, and for which state: its depth, mm, and the
+ * number of contacts that touched in the whole model. A contact that was never computed has zeros. */
 typedef struct {
-  mjtNum step_s;
-  damping_shares shares;
+  /* The largest stable time step of explicit forces, and the largest at which they are calm, s. */
+  mjtNum step_s, calm_s;
   mjtNum depth_mm, touching;
+  /* Of a bed that sticks, N/m, N and N m; not negative in any direction. */
+  mjtNum stiffness[TRIANGLE];
 } known_stability;
 
 /* All that a contact remembers from one step taken to the next. */
@@ -39,6 +42,9 @@ typedef struct {
   mjtNum rest[3];
   int status;
   known_stability stable;
+  /* Acceleration of the finger's site against the geom by MuJoCo's own constraints in the last step, m/s² and rad/s²; zeros unless the
+   * step was semi-implicit. */
+  mjtNum by_constraints[AXES];
   union {
     fingerpad_spin_state bed;
     fingerpad_pad_state pad;
@@ -50,11 +56,11 @@ typedef struct {
   fingerpad_response model;
   float depth_mm;
   int face, status;
-  /* Of the dampers: friction along x and y, normal force, N; moment about the normal, N mm. */
+  /* Of the dampers and of semi-implicit steps: friction along x and y, normal force, N; moment about the normal, N mm. */
   mjtNum damping[4];
-  /* The largest stable time step, s, at most 1. */
+  /* The largest stable time step of explicit forces, s, at most 1. */
   mjtNum stable_step_s;
-  damping_shares shares;
+  int is_semi_implicit;
 } outcome;
 
 /* Force and moment about the site on the finger, N and N m along x, y and z of the contact. */
@@ -71,6 +77,10 @@ void memory_clear(memory* past, const settings* s, float strength_factor);
 void memory_read(memory* past, const settings* s, const mjtNum* numbers);
 void memory_write(const memory* past, const settings* s, mjtNum* numbers);
 
+/* Writes the limits of stability of a contact that touches into `now`, and whether its forces are semi-implicit: where explicit ones
+ * would not be calm. */
+void report_stability(outcome* now, const settings* s, const known_stability* stable, mjtNum dt);
+
 /* Takes one step from `past` to `here`; `finite` is 0 if a position is not finite, and then the memory is held. */
 outcome contact_step(memory* past, const settings* s, const placement* here, int finite, float strength_factor, mjtNum dt);
 
@@ -79,7 +89,10 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
 void contact_wrench(
     wrench* w, outcome* now, const settings* s, const placement* here, const mjtNum turn[3], const mjtNum speed[3]);
 
-/* Adds the dampers to `now` and applies force and moment to both bodies: d->qfrc_passive. */
+/* Applies a wrench to both bodies: d->qfrc_passive. */
+void wrench_apply(const wrench* w, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom);
+
+/* Adds the dampers to `now` and applies force and moment to both bodies. */
 void contact_apply(outcome* now, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom);
 
 /* The numbers of a sensor. */

@@ -39,7 +39,7 @@ static mjtNum grown(const outcome* now) { return mju_min(1, now->depth_mm / DAMP
 
 /* Damping of the normal force, N; it never pulls. */
 static mjtNum normal_damping(const outcome* now, const settings* s, mjtNum depth_rate) {
-  return mju_max(-now->model.normal_force_n, grown(now) * now->shares.normal * s->damping_normal * depth_rate);
+  return mju_max(-now->model.normal_force_n, grown(now) * s->damping_normal * depth_rate);
 }
 
 /* ---- pad ---- */
@@ -97,7 +97,7 @@ static void pad_wrench(
   mju_mulMatVec3(touch, turned, local);
   mju_cross(swept, turn, touch);
   mju_addTo3(swept, speed);
-  mjtNum share = grown(now) * now->shares.slide, stuck = share * now->model.stick_ratio;
+  mjtNum share = grown(now), stuck = share * now->model.stick_ratio;
   now->damping[0] = -stuck * s->damping_slide * swept[0];
   now->damping[1] = -stuck * s->damping_slide * swept[1];
   now->damping[2] = normal_damping(now, s, -swept[2]);
@@ -119,7 +119,7 @@ static void bed_wrench(
   mjtNum by_pitch = s->pad_radius_mm[0] * sin(here->pitch) / MM_PER_M;
   mjtNum by_roll = s->pad_radius_mm[1] * sin(here->roll) / MM_PER_M;
   mjtNum roll_rate = turn[0] / cos(here->pitch), spin_rate = turn[2] + sin(here->pitch) * roll_rate;
-  mjtNum share = grown(now) * now->shares.slide, stuck = share * r->stick_ratio;
+  mjtNum share = grown(now), stuck = share * r->stick_ratio;
   now->damping[0] = -stuck * s->damping_slide * speed[0];
   now->damping[1] = -stuck * s->damping_slide * speed[1];
   now->damping[2] = normal_damping(now, s, -speed[2] + by_pitch * turn[1] + by_roll * roll_rate);
@@ -141,19 +141,24 @@ void contact_wrench(
   (s->is_pad ? pad_wrench : bed_wrench)(w, now, s, here, turn, speed);
 }
 
-void contact_apply(outcome* now, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom) {
-  if (now->model.regime == FINGERPAD_NO_CONTACT) return;
-  mjtNum turn[3], speed[3], force[3], torque[3];
-  wrench w;
-  relative_velocity(turn, speed, s, here, m, d, geom);
-  contact_wrench(&w, now, s, here, turn, speed);
+void wrench_apply(const wrench* w, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom) {
+  mjtNum force[3], torque[3];
   for (int i = 0; i < 3; i++) {
-    force[i] = w.force[0] * here->along[i] + w.force[1] * here->across[i] + w.force[2] * here->normal[i];
-    torque[i] = w.moment[0] * here->along[i] + w.moment[1] * here->across[i] + w.moment[2] * here->normal[i];
+    force[i] = w->force[0] * here->along[i] + w->force[1] * here->across[i] + w->force[2] * here->normal[i];
+    torque[i] = w->moment[0] * here->along[i] + w->moment[1] * here->across[i] + w->moment[2] * here->normal[i];
   }
   const mjtNum* at = d->site_xpos + 3 * s->site;
   mj_applyFT(m, d, force, torque, at, m->site_bodyid[s->site], d->qfrc_passive);
   mju_scl3(force, force, -1);
   mju_scl3(torque, torque, -1);
   mj_applyFT(m, d, force, torque, at, m->geom_bodyid[geom], d->qfrc_passive);
+}
+
+void contact_apply(outcome* now, const settings* s, const placement* here, const mjModel* m, mjData* d, int geom) {
+  if (now->model.regime == FINGERPAD_NO_CONTACT) return;
+  mjtNum turn[3], speed[3];
+  wrench w;
+  relative_velocity(turn, speed, s, here, m, d, geom);
+  contact_wrench(&w, now, s, here, turn, speed);
+  wrench_apply(&w, s, here, m, d, geom);
 }

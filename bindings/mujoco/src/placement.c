@@ -252,6 +252,8 @@ static void place_over(placement* here, const face_frame* f, const seen_site* si
   here->foot[0] = mju_dot3(at, f->u);
   here->foot[1] = mju_dot3(at, f->v);
   here->height = mju_dot3(at, f->normal) - f->offset;
+  mju_copy(here->half, f->half, 2);
+  here->rim = f->rim;
   against(here, along, across, f, site);
   mju_mulMatVec3(here->along, turn, along);
   mju_mulMatVec3(here->across, turn, across);

@@ -27,8 +27,8 @@ typedef struct {
   seen_site site;
   /* The body that the finger meets, with the face's axes. */
   fingerpad_body body;
-  /* Foot in the face's own coordinates. */
-  mjtNum foot[2];
+  /* Foot in the face's own coordinates; half the extents of the face in them, and the radius of its rim, m; infinite for none. */
+  mjtNum foot[2], half[2], rim;
   /* Direction of the finger's axis within the face. */
   mjtNum angle;
   /* Height of the site above the face. */

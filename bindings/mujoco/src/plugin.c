@@ -11,6 +11,7 @@
 
 #include "contact.h"
 #include "placement.h"
+#include "semi_implicit.h"
 #include "settings.h"
 #include "stability.h"
 
@@ -19,18 +20,24 @@ static const char NAME[] = "fingerpad.contact";
 /* Most words of a model's memory. */
 enum { STATE_WORDS_MAX = sizeof(fingerpad_pad_state) / sizeof(uint32_t) };
 /* No contact. */
-static const outcome NOTHING = {.stable_step_s = 1, .shares = {1, 1}};
+static const outcome NOTHING = {.stable_step_s = 1};
 
 /* The largest stable time step of the contacts that touched in the last forward pass, s; infinite for none. */
 MUJOCO_HELPER_DLL_EXPORT double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d);
 
 /* One contact of an instance: what can be computed again from MuJoCo's state, kept for speed. */
 typedef struct {
-  /* The placement at which the present step began, whether it is finite, and the depth there. */
+  /* The placement at which the present step began, and whether it is finite. */
   placement start;
   int start_finite;
-  mjtNum start_depth_mm;
   outcome now;
+  /* Where it is in the present pass, and whether that is finite. */
+  placement here;
+  int here_finite;
+  /* Whether the forces were semi-implicit where the present step began; then the site's velocity against the geom at the end of the
+   * step but for MuJoCo's constraints. */
+  int start_coupled;
+  mjtNum ahead[AXES];
   /* The memory that was read last and the numbers of the plugin's state that it was read from. */
   memory kept;
   mjtNum kept_numbers[NUMBERS_BESIDE + STATE_WORDS_MAX];
@@ -157,47 +164,6 @@ static void to_start(memory* past, instance_data* data, const mjModel* m, mjData
   }
 }
 
-/* Forces of all contacts at the present position, as a trial on a copy of the memory. A later stage of a step continues from where
- * the step began. */
-static void try_step(const mjModel* m, mjData* d, int instance) {
-  instance_data* data = data_of(d, instance);
-  const settings* s = &data->settings;
-  int later = is_later_stage(data, m, d);
-  for (int i = 0; i < s->geom_count; i++) {
-    contact_data* contact = &data->contact[i];
-    float strength = settings_strength(s, d, i);
-    memory past;
-    placement here;
-    if (later) {
-      to_start(&past, data, m, d, instance, i);
-    } else {
-      const mjtNum* numbers = numbers_of(m, d, instance, i);
-      read(&past, contact, s, numbers);
-      keep(contact, s, &past, numbers);
-    }
-    int finite = place(&here, s, m, d, s->geoms[i], &past.last) == 0;
-    contact->now = contact_step(&past, s, &here, finite, strength, m->opt.timestep);
-    contact_apply(&contact->now, s, &here, m, d, s->geoms[i]);
-    if (!later) {
-      contact->start = here;
-      contact->start_finite = finite;
-      contact->start_depth_mm = contact->now.depth_mm;
-      memcpy(&contact->after, &past, sizeof(past));
-      contact->strength = strength;
-      contact->dt = m->opt.timestep;
-    }
-  }
-  if (!later) {
-    data->has_start = 1;
-    data->start_s = d->time;
-  }
-}
-
-/* ---- stability ---- */
-
-/* Whether a contact of the model touched where the present step began. */
-static int touched(const contact_data* contact) { return contact->start_finite && contact->after.last.touches; }
-
 /* The instances of this plugin follow one another through `next_instance`: -1 before the first and after the last. */
 static int next_instance(const mjModel* m, const mjData* d, int instance) {
   for (instance++; instance < m->nplugin; instance++) {
@@ -207,62 +173,154 @@ static int next_instance(const mjModel* m, const mjData* d, int instance) {
   return -1;
 }
 
-/* Number of contacts of all instances that touch. */
-static int count_touching(const mjModel* m, const mjData* d) {
+/* ---- all contacts of a pass ---- */
+
+/* A contact that touches, and the settings of its instance. */
+typedef struct {
+  contact_data* contact;
+  const settings* s;
+  int geom;
+} touching;
+
+/* The contacts of all instances that touch in the present pass; returns their number. With a list of NULL it counts alone. */
+static int find_touching(touching* list, const mjModel* m, const mjData* d) {
   int count = 0;
   for (int k = next_instance(m, d, -1); k >= 0; k = next_instance(m, d, k)) {
-    const instance_data* data = data_of(d, k);
-    for (int i = 0; i < data->settings.geom_count; i++) count += touched(&data->contact[i]);
+    instance_data* data = data_of(d, k);
+    for (int i = 0; i < data->settings.geom_count; i++) {
+      contact_data* contact = &data->contact[i];
+      if (!contact->here_finite || contact->now.model.regime == FINGERPAD_NO_CONTACT) continue;
+      if (list) list[count] = (touching){contact, &data->settings, data->settings.geoms[i]};
+      count++;
+    }
   }
   return count;
 }
 
-/* The limits of stability of the whole model with all contacts that touch. */
-static stability whole_stability(const mjModel* m, mjData* d, int count) {
-  linear_contact* contacts = malloc((size_t)(count ? count : 1) * sizeof(*contacts));
-  if (!contacts) return (stability){INFINITY, {1, 1}};
-  int filled = 0;
-  for (int k = next_instance(m, d, -1); k >= 0; k = next_instance(m, d, k)) {
-    const instance_data* data = data_of(d, k);
-    for (int i = 0; i < data->settings.geom_count && filled < count; i++) {
-      if (!touched(&data->contact[i])) continue;
-      linearise(&contacts[filled++], &data->settings, m, data->settings.geoms[i], &data->contact[i].start);
-    }
-  }
-  stability limits = stability_of(m, d, contacts, filled);
-  free(contacts);
-  return limits;
+static void* room_for(int count, size_t size) {
+  void* room = malloc((size_t)count * size);
+  if (!room) mju_error("fingerpad.contact: no memory for %d contacts", count);
+  return room;
 }
 
 /* Whether the stability of a contact has to be computed: it begins, its depth has changed by 15 % and 0.05 mm, or more contacts of the
  * model touch than before. */
-static int is_outdated(const contact_data* contact, int touching) {
+static int is_outdated(const contact_data* contact, int count) {
   const known_stability* last = &contact->after.stable;
-  return touching > last->touching || !(fabs(contact->start_depth_mm - last->depth_mm) <= 0.15 * last->depth_mm + 0.05);
+  return count > last->touching || !(fabs(contact->now.depth_mm - last->depth_mm) <= 0.15 * last->depth_mm + 0.05);
 }
 
-/* Computes the limits of stability where they are outdated, and warns once if the time step is longer. */
-static void update_stability(const mjModel* m, mjData* d, int instance) {
-  instance_data* data = data_of(d, instance);
-  int count = data->settings.geom_count, is_needed = 0, touching = count_touching(m, d);
-  for (int i = 0; i < count; i++) is_needed |= touched(&data->contact[i]) && is_outdated(&data->contact[i], touching);
+/* Computes the limits of stability and the stiffness of all contacts where those of one are outdated. */
+static void update_stability(const mjModel* m, mjData* d, const touching* list, int count) {
+  int is_needed = 0;
+  for (int i = 0; i < count; i++) is_needed |= is_outdated(list[i].contact, count);
   if (!is_needed) return;
-  stability limits = whole_stability(m, d, touching);
+  linear_contact* linear = room_for(count, sizeof(*linear));
+  for (int i = 0; i < count; i++) linearise(&linear[i], list[i].s, m, list[i].geom, &list[i].contact->here);
+  stability limits = stability_of(m, d, linear, count);
   for (int i = 0; i < count; i++) {
-    if (touched(&data->contact[i])) {
-      contact_data* contact = &data->contact[i];
-      contact->after.stable = (known_stability){mju_min(1, limits.step_s), limits.shares, contact->start_depth_mm, touching};
+    known_stability* stable = &list[i].contact->after.stable;
+    *stable = (known_stability){
+        mju_min(1, limits.step_s), mju_min(1, limits.calm_s), list[i].contact->now.depth_mm, count, {0}};
+    if (!list[i].s->is_pad) positive_part(stable->stiffness, linear[i].stiffness);
+  }
+  free(linear);
+}
+
+/* Finds and applies the forces of all contacts that touch: explicit ones each by itself, semi-implicit ones together. A later stage of
+ * a step uses the stiffness with which it began. */
+static void apply_all(const mjModel* m, mjData* d, int later) {
+  int count = find_touching(NULL, m, d), coupled_count = 0;
+  if (count == 0) return;
+  touching* list = room_for(count, sizeof(*list));
+  coupled_contact* coupled = room_for(count, sizeof(*coupled));
+  find_touching(list, m, d);
+  if (!later) update_stability(m, d, list, count);
+  for (int i = 0; i < count; i++) {
+    contact_data* contact = list[i].contact;
+    report_stability(&contact->now, list[i].s, &contact->after.stable, m->opt.timestep);
+    if (contact->now.is_semi_implicit) {
+      coupled[coupled_count++] = (coupled_contact){
+          .s = list[i].s, .geom = list[i].geom, .here = contact->here, .now = &contact->now,
+          .stiffness = contact->after.stable.stiffness, .by_constraints = contact->after.by_constraints,
+      };
+    } else {
+      contact_apply(&contact->now, list[i].s, &contact->here, m, d, list[i].geom);
     }
   }
-  if (limits.step_s < m->opt.timestep && !data->warned) {
+  if (coupled_count) apply_coupled(m, d, coupled, coupled_count);
+  for (int i = 0, at = 0; i < count && !later; i++) {
+    contact_data* contact = list[i].contact;
+    contact->start_coupled = contact->now.is_semi_implicit;
+    if (!contact->start_coupled) continue;
+    mju_copy(contact->ahead, coupled[at++].ahead, AXES);
+  }
+  free(coupled);
+  free(list);
+}
+
+/* The forces of an instance at the present position, as a trial on a copy of the memory. A later stage of a step continues from where
+ * the step began. */
+static void try_step(const mjModel* m, mjData* d, int instance) {
+  instance_data* data = data_of(d, instance);
+  const settings* s = &data->settings;
+  int later = is_later_stage(data, m, d);
+  for (int i = 0; i < s->geom_count; i++) {
+    contact_data* contact = &data->contact[i];
+    float strength = settings_strength(s, d, i);
+    memory past;
+    if (later) {
+      to_start(&past, data, m, d, instance, i);
+    } else {
+      const mjtNum* numbers = numbers_of(m, d, instance, i);
+      read(&past, contact, s, numbers);
+      keep(contact, s, &past, numbers);
+    }
+    contact->here_finite = place(&contact->here, s, m, d, s->geoms[i], &past.last) == 0;
+    contact->now = contact_step(&past, s, &contact->here, contact->here_finite, strength, m->opt.timestep);
+    if (!later) {
+      contact->start = contact->here;
+      contact->start_finite = contact->here_finite;
+      contact->start_coupled = 0;
+      memcpy(&contact->after, &past, sizeof(past));
+      contact->strength = strength;
+      contact->dt = m->opt.timestep;
+    }
+  }
+  if (!later) {
+    data->has_start = 1;
+    data->start_s = d->time;
+  }
+  /* The last instance applies the forces, since those of some contacts depend on others. */
+  if (next_instance(m, d, instance) < 0) apply_all(m, d, later);
+}
+
+/* Warns once of a time step that is too long for explicit forces. */
+static void warn(const mjModel* m, const mjData* d, int instance) {
+  instance_data* data = data_of(d, instance);
+  for (int i = 0; i < data->settings.geom_count && !data->warned; i++) {
+    const outcome* now = &data->contact[i].now;
+    if (!(now->status & STATUS_STEP_TOO_LONG)) continue;
     const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
     data->warned = 1;
-    mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of the contacts at "
-                "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, limits.step_s, d->time);
+    mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of explicit forces at "
+                "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, now->stable_step_s,
+                d->time);
   }
 }
 
-double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d) { return whole_stability(m, d, count_touching(m, d)).step_s; }
+double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d) {
+  int count = find_touching(NULL, m, d);
+  if (count == 0) return INFINITY;
+  touching* list = room_for(count, sizeof(*list));
+  linear_contact* linear = room_for(count, sizeof(*linear));
+  find_touching(list, m, d);
+  for (int i = 0; i < count; i++) linearise(&linear[i], list[i].s, m, list[i].geom, &list[i].contact->here);
+  stability limits = stability_of(m, d, linear, count);
+  free(linear);
+  free(list);
+  return limits.step_s;
+}
 
 /* ---- what MuJoCo calls ---- */
 
@@ -289,6 +347,16 @@ static void compute(const mjModel* m, mjData* d, int instance, int capability) {
   }
 }
 
+/* The acceleration by MuJoCo's constraints in the step that has been taken. */
+static void update_constraints(const mjModel* m, mjData* d, instance_data* data, int i) {
+  contact_data* contact = &data->contact[i];
+  mjtNum velocity[AXES], *by = contact->after.by_constraints;
+  mju_zero(by, AXES);
+  if (!contact->start_coupled || d->nefc == 0) return;
+  velocity_against(velocity, m, d, data->settings.site, data->settings.geoms[i], &contact->start);
+  for (int k = 0; k < AXES; k++) by[k] = (velocity[k] - contact->ahead[k]) / m->opt.timestep;
+}
+
 /* The step is taken: the memory moves on to where it began. */
 static void advance(const mjModel* m, mjData* d, int instance) {
   instance_data* data = data_of(d, instance);
@@ -301,8 +369,9 @@ static void advance(const mjModel* m, mjData* d, int instance) {
     memory past;
     to_start(&past, data, m, d, instance, i);
     memcpy(&data->contact[i].after, &past, sizeof(past));
+    update_constraints(m, d, data, i);
   }
-  update_stability(m, d, instance);
+  warn(m, d, instance);
   for (int i = 0; i < s->geom_count; i++) {
     mjtNum* numbers = numbers_of(m, d, instance, i);
     memory_write(&data->contact[i].after, s, numbers);

@@ -15,6 +15,7 @@ const char* const ATTRIBUTES[] = {
     "damping_normal_n_s_per_m",
     "damping_slide_n_s_per_m",
     "damping_spin_n_m_s_per_rad",
+    "integration",
     "pad_radius_mm",
     "size",
     "stiffness",
@@ -225,6 +226,40 @@ static int tune(settings* s, const mjModel* m, int instance) {
   return code == FINGERPAD_OK ? 0 : refuse(m, instance, "size", value_of(m, instance, "size"), fingerpad_error_text(code));
 }
 
+static int is_less(const void* a, const void* b) {
+  mjtNum x = *(const mjtNum*)a, y = *(const mjtNum*)b;
+  return (x > y) - (x < y);
+}
+
+/* The stiffness of the patches of a pad over the area in contact, N/m per mm², against motions within the tolerance of its equilibrium, in
+ * which the bulk does not move. Such a motion may still start a new equilibrium, so the upper quartile of many is taken. */
+static mjtNum patch_stiffness(const settings* s) {
+  enum { DEPTHS = 12, MOTIONS = 4 };
+  const float tiny_mm = 5e-5f, sticks = 5, dt = 1e-3f;
+  const fingerpad_body plane = {FINGERPAD_BODY_PLANE, 0, 0, 0};
+  mjtNum found[DEPTHS * MOTIONS];
+  for (int i = 0; i < DEPTHS; i++) {
+    fingerpad_pad_state start, state;
+    fingerpad_response rest, moved;
+    float depth = s->pad_info.depth_max_mm * (float)(i + 1) / (DEPTHS + 1);
+    fingerpad_pad_motion motion = {depth, 0, 0, 0, s->pad_info.neutral_pitch_deg, 0, dt};
+    fingerpad_pad_state_init(&s->pad, &start);
+    fingerpad_pad_state_set_strength_factor(&start, sticks);
+    fingerpad_pad_step(&s->pad, &start, plane, motion, &rest);
+    for (int k = 0; k < MOTIONS; k++) {
+      float way = k % 2 ? -tiny_mm : tiny_mm;
+      motion = (fingerpad_pad_motion){depth, 0, 0, 0, s->pad_info.neutral_pitch_deg, 0, dt};
+      *(k < 2 ? &motion.depth_mm : &motion.slide_x_mm) += way;
+      memcpy(&state, &start, sizeof(start));
+      fingerpad_pad_step(&s->pad, &state, plane, motion, &moved);
+      mjtNum more = k < 2 ? (mjtNum)moved.normal_force_n - rest.normal_force_n : (mjtNum)moved.friction_x_n - rest.friction_x_n;
+      found[MOTIONS * i + k] = 1000 * more / (motion.depth_mm - depth + motion.slide_x_mm) / mju_max(rest.contact_area_mm2, mjMINVAL);
+    }
+  }
+  qsort(found, DEPTHS * MOTIONS, sizeof(*found), is_less);
+  return mju_max(0, found[3 * DEPTHS * MOTIONS / 4]);
+}
+
 /* The model file, and the finger that the attributes make of it. */
 static int read_model(settings* s, const mjModel* m, int instance) {
   const char* path = value_of(m, instance, "model_file");
@@ -236,7 +271,12 @@ static int read_model(settings* s, const mjModel* m, int instance) {
     return refuse(m, instance, "model_file", path, *path ? why : "give the path of a .fpm file");
   }
   int code = load(s, length);
-  return code == FINGERPAD_OK ? tune(s, m, instance) : refuse(m, instance, "model_file", path, fingerpad_error_text(code));
+  if (code == FINGERPAD_OK) {
+    if (tune(s, m, instance)) return -1;
+    if (s->is_pad) s->patch_stiffness = patch_stiffness(s);
+    return 0;
+  }
+  return refuse(m, instance, "model_file", path, fingerpad_error_text(code));
 }
 
 void settings_preview(settings* s, const mjModel* m, int instance) {
@@ -250,6 +290,14 @@ void settings_preview(settings* s, const mjModel* m, int instance) {
 int settings_geom_count(const mjModel* m, int instance) {
   int count = count_words(value_of(m, instance, "geoms"));
   return count < GEOMS_MAX ? count : GEOMS_MAX;
+}
+
+/* How the forces enter a time step. */
+static int read_integration(settings* s, const mjModel* m, int instance) {
+  const char* value = value_of(m, instance, "integration");
+  s->is_explicit = strcmp(value, "explicit") == 0;
+  if (s->is_explicit || !*value || strcmp(value, "auto") == 0) return 0;
+  return refuse(m, instance, "integration", value, "neither 'auto' nor 'explicit'");
 }
 
 int settings_read(settings* s, const mjModel* m, int instance) {
@@ -268,7 +316,8 @@ int settings_read(settings* s, const mjModel* m, int instance) {
       read_numbers(m, instance, "strength_userdata", &userdata, 1, 0, m->nuserdata - s->geom_count) ||
       read_numbers(m, instance, "damping_normal_n_s_per_m", &s->damping_normal, 1, 0, most) ||
       read_numbers(m, instance, "damping_slide_n_s_per_m", &s->damping_slide, 1, 0, most) ||
-      read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most)) {
+      read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most) ||
+      read_integration(s, m, instance)) {
     return -1;
   }
   if (userdata != floor(userdata)) {

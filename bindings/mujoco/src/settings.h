@@ -21,12 +21,16 @@ typedef struct {
   fingerpad_model bed;
   fingerpad_pad pad;
   fingerpad_pad_info pad_info;
+  /* Of a pad: stiffness of the patches over the area in contact, N/m per mm², while its bulk stays as it is. */
+  mjtNum patch_stiffness;
   int site, geom_count, geoms[GEOMS_MAX];
   float strength_factor[GEOMS_MAX];
   /* First of d->userdata that multiply the strength factors, or -1. */
   int strength_userdata;
   /* N s/m, N s/m, N m s/rad. */
   mjtNum damping_normal, damping_slide, damping_spin;
+  /* Whether forces are explicit at any time step; else they are semi-implicit where that is needed. */
+  int is_explicit;
   /* Radius of a bed's finger along and across, mm: how depth counts when the finger tilts. */
   mjtNum pad_radius_mm[2];
 } settings;

@@ -17,20 +17,31 @@
 typedef struct {
   int site, geom;
   placement here;
-  mjtNum stiffness[SQUARE];
-  /* Of the damper on the rate of depth, and of the dampers on slide, spin and tilt. */
-  mjtNum normal_damping[SQUARE], slide_damping[SQUARE];
+  mjtNum stiffness[SQUARE], damping[SQUARE];
 } linear_contact;
+
+/* The damping of a contact in the state `now`, by small velocities; `rest` is the wrench without. */
+void damping_of(mjtNum damping[SQUARE], const settings* s, outcome now, const placement* here, const mjtNum rest[AXES]);
+
+/* Force and moment of a wrench as six numbers. */
+void wrench_numbers(mjtNum numbers[AXES], const wrench* w);
+
+/* The lower triangle of the nearest matrix to a symmetric one that is not negative in any direction. */
+void positive_part(mjtNum triangle[TRIANGLE], const mjtNum matrix[SQUARE]);
+
+/* The six velocities of the finger's site against the geom's body, along the axes of the contact, by joint velocities: 6 x nv. */
+void relative_jacobian(mjtNum* jacobian, const mjModel* m, mjData* d, int site, int geom, const placement* here);
+
+/* Adds J' W J to `sum`, nv x nv, of a contact with six rows of J. */
+void add_in_joints(mjtNum* sum, const mjtNum* jacobian, const mjtNum weight[SQUARE], mjData* d, int nv);
 
 /* The spring and damper of a contact that sticks as a whole at `here`, from small shifts and turns of the site. */
 void linearise(linear_contact* linear, const settings* s, const mjModel* m, int geom, const placement* here);
 
-/* Limits of a model with contacts for explicit forces. */
+/* Limits of a model with contacts for explicit forces; infinite without contacts. */
 typedef struct {
-  /* The largest stable time step, s, with the dampers at their least share; infinite without contacts. */
-  mjtNum step_s;
-  /* Shares of the dampers that are applied. */
-  damping_shares shares;
+  /* The largest stable time step, s, and the largest at which the dampers in full calm every vibration. */
+  mjtNum step_s, calm_s;
 } stability;
 
 /* The limits for these contacts. Needs the mass matrix and positions of the last forward pass. */

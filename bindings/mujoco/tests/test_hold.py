@@ -18,24 +18,23 @@ def test_nor_does_it_under_runge_kutta():
     assert held["sag_mm"] == pytest.approx(hold.held("fingerpad", 0.00025, 4.0)["sag_mm"], abs=0.01)
 
 
-@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002])
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", [0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 7.0])
 def test_pads_hold_a_block_at_every_force_of_a_hand(grip_n, timestep):
-    held = hold.held_by_pads("block", grip_n, timestep)
-    assert held["drift_um_s"] < 1e-2 and held["turn_rad_s"] < 1e-5, held
+    held = hold.held_by_pads("block", grip_n, timestep, 60.0)
+    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6, held
     assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.01)
     # Nothing goes through: ever less depth for a newton more, and deeper than the fit is flagged.
     assert held["depth_mm"] < 6.5 and held["flags"] == (["depth_above_range"] if grip_n > 6.5 else [])
     assert abs(held["sag_mm"]) < 1.5
 
 
-@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002])
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002, 0.004])
 @pytest.mark.parametrize("name", ["pen", "rod", "ball"])
 def test_pads_hold_a_round_object(name, timestep):
     # A pen of 8 mm across the fingers, a rod along them, a ball of 20 mm.
-    held = hold.held_by_pads(name, 1.0, timestep)
-    # The pen still settles; over 60 s see `test_pads_hold_a_pen_of_8_mm`.
-    assert held["drift_um_s"] < 5e-2 and held["turn_rad_s"] < 1e-4 and held["flags"] == [], held
+    held = hold.held_by_pads(name, 1.0, timestep, 60.0)
+    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["flags"] == [], held
     assert held["normal_force_n"] == pytest.approx(1.0, rel=0.01) and 0 < held["sag_mm"] < 1.0
 
 

@@ -33,3 +33,12 @@ def test_a_card_slides_out_against_the_friction_of_both_pads(grip_n):
     pulled = hold.pulled(grip_n)
     assert pulled["force_n"] == pytest.approx(pulled["limits_n"], rel=0.03), pulled
     assert pulled["normal_forces_n"] == pytest.approx([grip_n, grip_n], rel=0.02), pulled
+
+
+@pytest.mark.parametrize("grip_n", [0.5, 1.0])
+def test_a_card_slides_out_of_a_fan_off_the_other_card(grip_n):
+    # The finger on the card that stays holds the friction of card on card, the other finger slips at its limit.
+    fan = hold.fanned(grip_n, friction=0.2)
+    assert fan["normal_forces_n"] == pytest.approx([grip_n, grip_n], rel=0.01), fan
+    assert fan["held_n"] == pytest.approx(0.2 * grip_n, rel=0.01) and fan["slid_n"] == pytest.approx(fan["limit_n"], rel=0.01), fan
+    assert fan["force_n"] == pytest.approx(fan["limit_n"] + 0.2 * grip_n, rel=0.02), fan

@@ -204,8 +204,10 @@ def test_instances_and_geoms_do_not_disturb_each_other():
             mujoco.mj_step(model, data)
         return [fingerpad_mujoco.read(data, f"f{i}") for i in range(fingers)]
 
+    # The largest stable step is one number of the whole model.
+    own = lambda contacts: [contact | {"stable_step_s": None} for contact in contacts]
     alone, many = run(1)[0], run(5)
-    assert all(each == alone for each in many)
+    assert all(own(each) == own(alone) for each in many)
     far, floor, box = alone
     assert far["normal_force_n"] == 0 and floor["normal_force_n"] > 0.1
     # The box lies 0.5 mm lower than the floor.

@@ -205,3 +205,15 @@ def test_rolling_takes_the_contact_along_the_skin():
         centres.append(contact["pressure_centre_y_mm"])
     assert contact["status"] == 0 and contact["normal_force_n"] > 0.03
     assert abs(centres[0]) < 0.1 and centres[-1] < -0.5, centres[::20]
+
+
+def test_a_contact_that_reaches_beyond_the_edge_of_a_face_is_flagged():
+    model, data = paths.model_and_data(**PAD)
+    edge, flagged = 1e3 * paths.HALF, []
+    for x in np.arange(0.0, edge, 0.5):
+        contact = paths.lead(model, data, paths.pad_at([1.0, x, 0, 0, 0, 0]), STILL)
+        radius = np.sqrt(contact["contact_area_mm2"] / np.pi)
+        over = x + contact["pressure_centre_x_mm"] + radius > edge
+        assert fingerpad_mujoco.flags(contact["status"]) == (["beyond_edge"] if over else []), x
+        flagged.append(over)
+    assert 3 < sum(flagged) < 15

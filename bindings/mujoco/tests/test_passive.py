@@ -56,6 +56,32 @@ def test_contacts_yield_no_energy(seed, attributes):
     assert 0.05 * gone < energy[-1] < gone
 
 
+def kinetic_energies(model, data, duration):
+    """Kinetic energy of all bodies after each step, J."""
+    mass, energies = np.zeros((model.nv, model.nv)), []
+    for _ in range(round(duration / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        mujoco.mj_fullM(model, data, mass)
+        energies.append(0.5 * data.qvel @ mass @ data.qvel)
+    return np.array(energies)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("held, grip_n, timestep", [("die", 3.0, 0.002), ("die", 0.5, 0.004), ("card", 3.0, 0.004), ("coin", 5.0, 0.004)])
+def test_semi_implicit_forces_yield_no_energy(held, grip_n, timestep, seed):
+    # An object at rest in the fingers is hit. In 20 s its kinetic energy never exceeds that of the hit, and it comes to rest.
+    model, data = hold.gripped(grip_n=grip_n, load_n=0.0, timestep=timestep, held=held, **NO_DAMPING, **PAD)
+    hold.seconds(model, data, 1.0)
+    random, joint, mass = np.random.default_rng(seed), data.joint("object"), np.zeros((model.nv, model.nv))
+    assert fingerpad_mujoco.read(data, "left")[0]["semi_implicit"] == 1
+    data.qvel[:] = 0
+    joint.qvel[:3], joint.qvel[3:] = random.normal(0, 0.01, 3), random.normal(0, 1.0, 3)
+    mujoco.mj_fullM(model, data, mass)
+    hit = 0.5 * data.qvel @ mass @ data.qvel
+    energies = kinetic_energies(model, data, 20.0)
+    assert energies.max() < hit and energies[-200:].max() < 1e-8 * hit, (energies.max() / hit, energies[-200:].max() / hit)
+
+
 def taken_by_cycles(seed, cycles, sense=1, slide_mm=0.01, steps=800, part=1.0, tilt_rad=0.08, **attributes):
     """Energy, mJ, that each of `cycles` rounds of one closed path put into a contact, and what went in and out in one round.
 

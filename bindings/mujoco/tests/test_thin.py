@@ -15,32 +15,37 @@ PAD = dict(model_file=scenes.PAD_FILE)
 STILL = (np.zeros(3), Rotation.identity())
 
 
-@pytest.mark.parametrize("timestep", [0.001, 0.002])
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", hold.THIN_GRIPS_N)
 @pytest.mark.parametrize("name", hold.THIN)
 def test_pads_hold_a_thin_or_light_object(name, grip_n, timestep):
-    # A key of 2 mm, a coin, a card of 0.8 mm and a die of 5 g; the pads are compressed by up to 4.8 mm.
-    held = hold.held_by_pads(name, grip_n, timestep, duration=60e3 * timestep if timestep > 0.001 else 60.0)
-    if held["too_long"]:
-        assert timestep == 0.002 and grip_n >= 3.0, "a step of 1 ms is short enough"
-        return
-    assert held["drift_um_s"] < 2e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 10.0, held
-    assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.05) and abs(held["sag_mm"]) < 1.0, held
+    # A key of 2 mm, a coin, a card of 0.8 mm and a die of 5 g; the pads are compressed by up to 4.6 mm.
+    held = hold.held_by_pads(name, grip_n, timestep, duration=60.0)
+    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 0.1, held
+    assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.01) and abs(held["sag_mm"]) < 0.5, held
+    # The face of the die is smaller than the contact.
+    assert held["flags"] == (["beyond_edge"] if name == "die" and grip_n >= 3.0 else []) and not held["too_long"]
 
 
-@pytest.mark.parametrize("name", ["key", "die", "pen"])
-def test_pads_hold_a_light_object_at_a_step_of_4_ms_with_a_weak_grip(name):
-    held = hold.held_by_pads(name, 0.3, 0.004, duration=60.0)
-    # The die hums: its largest stable step is shorter, which is flagged.
-    assert held["drift_um_s"] < 1e-3 and held["hum_um"] < (100.0 if name == "die" else 10.0), held
-    assert held["too_long"] == (name == "die"), held
-
-
-@pytest.mark.parametrize("timestep", [0.001, 0.002])
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", [0.3, 0.5, 1.0, 1.5])
 def test_pads_hold_a_pen_of_8_mm(grip_n, timestep):
     held = hold.held_by_pads("pen", grip_n, timestep, duration=60.0)
-    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6, held
+    assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 0.1, held
+
+
+@pytest.mark.parametrize("integrator", ["RK4", "implicit", "implicitfast"])
+@pytest.mark.parametrize("name", ["die", "card"])
+def test_pads_hold_a_light_object_with_other_integrators(name, integrator):
+    held = hold.held_by_pads(name, 3.0, 0.004, duration=60.0, integrator=integrator)
+    assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 0.1, held
+
+
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
+@pytest.mark.parametrize("name", ["die", "card"])
+def test_beds_hold_a_light_object(name, timestep):
+    held = hold.held("fingerpad", timestep, 60.0, held=name, grip_n=1.0)
+    assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 0.1, held
 
 
 @pytest.mark.parametrize("grip_n, is_held", [(0.3, True), (1.0, True), (5.0, False)])
@@ -86,8 +91,8 @@ def test_contact_ends_where_the_finger_leaves_the_face():
 # ---- the largest stable step ----
 
 
-def closed(name, grip_n, model_file, timestep=0.0005, torque_n_mm=0.0, mass=None):
-    model, data = hold.gripped(grip_n=grip_n, timestep=timestep, held=name, model_file=model_file, mass=mass)
+def closed(name, grip_n, model_file, timestep=0.0005, torque_n_mm=0.0, mass=None, **attributes):
+    model, data = hold.gripped(grip_n=grip_n, timestep=timestep, held=name, model_file=model_file, mass=mass, **attributes)
     data.body("object").xfrc_applied[3] = 1e-3 * torque_n_mm
     return model, data
 
@@ -115,26 +120,33 @@ def largest_vibration_mm(model, data):
     ],
     ids=lambda s: f'{s["name"]} {s["grip_n"]} N {s["model_file"].stem}',
 )
-def test_the_reported_step_is_the_largest_at_which_a_light_object_is_held(scene):
-    model, data = closed(**scene)
+def test_the_reported_step_is_the_largest_at_which_explicit_forces_hold_a_light_object(scene):
+    # With weak dampers: strong ones set a limit of their own, beyond which an object vibrates by less.
+    explicit = dict(
+        integration="explicit", damping_normal_n_s_per_m=0.5, damping_slide_n_s_per_m=0.5, damping_spin_n_m_s_per_rad=5e-6
+    )
+    model, data = closed(**scene, **explicit)
     hold.seconds(model, data, 1.0)
     step_s = fingerpad_mujoco.stable_step(model, data)
     sensed = fingerpad_mujoco.read(data, "left")[0]
-    assert sensed["stable_step_s"] == pytest.approx(step_s, rel=0.15) and sensed["status"] == 0
+    assert sensed["stable_step_s"] == pytest.approx(step_s, rel=0.15)
+    assert not {"step_too_long", "not_converged"} & set(fingerpad_mujoco.flags(sensed["status"]))
     assert 0.001 < step_s < 0.0045, "else the servo of the hand sets the limit"
-    assert largest_vibration_mm(*closed(**scene, timestep=0.9 * step_s)) < 0.2
-    assert not largest_vibration_mm(*closed(**scene, timestep=1.3 * step_s)) < 5.0
+    assert largest_vibration_mm(*closed(**scene, **explicit, timestep=0.9 * step_s)) < 0.2
+    assert not largest_vibration_mm(*closed(**scene, **explicit, timestep=1.3 * step_s)) < 5.0
+    # Semi-implicit forces have no such limit; the servo of the hand has one.
+    assert largest_vibration_mm(*closed(**scene, timestep=min(1.3 * step_s, 0.004))) < 1e-3
 
 
 def test_the_reported_step_is_that_of_a_mass_on_a_spring():
-    # One direction, one finger: h² k + 2 h c = 4 m with a tenth of the damper, less a margin of a tenth.
+    # One direction, one finger: h² k + 2 h c = 4 m, less a margin of a tenth.
     finger, slide = Finger(scenes.MODEL_FILE), 1e-3
     finger.step(1.5)
     stiffness = 1e3 * abs(finger.step(1.5, slide).friction_x_n) / slide
     model = mujoco.MjModel.from_xml_string(scenes.one_slide())
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 3)
-    damping, mass = 0.1 * 2.0, scenes.MASS_KG
+    damping, mass = 2.0, scenes.MASS_KG
     expected = (-damping + np.sqrt(damping**2 + 4 * stiffness * mass)) / stiffness
     assert fingerpad_mujoco.stable_step(model, data) == pytest.approx(0.9 * expected, rel=0.02)
 
@@ -147,7 +159,7 @@ def test_without_contact_there_is_no_limit():
 
 
 def test_a_step_that_is_too_long_is_flagged_and_warned_of_once(own_folder):
-    model = mujoco.MjModel.from_xml_string(scenes.grip(held="die", timestep=0.0026, **PAD))
+    model = mujoco.MjModel.from_xml_string(scenes.grip(held="die", timestep=0.0026, integration="explicit", **PAD))
     data, flags = mujoco.MjData(model), set()
     data.ctrl[0] = 3.0
     for _ in range(300):
@@ -156,15 +168,19 @@ def test_a_step_that_is_too_long_is_flagged_and_warned_of_once(own_folder):
     assert "step_too_long" in flags
     log = (own_folder / "MUJOCO_LOG.TXT").read_text()
     assert log.count("instance 'left': timestep = 0.0026 s is longer than") == 1
-    model, data = closed("die", 1.0, scenes.PAD_FILE, timestep=0.001)
-    assert fingerpad_mujoco.read(data, "left")[0]["status"] == 0
+    model, data = closed("die", 1.0, scenes.PAD_FILE, timestep=0.0026)
+    contact = fingerpad_mujoco.read(data, "left")[0]
+    assert contact["status"] == 0 and contact["semi_implicit"] == 1
 
 
-def test_dampers_are_reduced_where_the_step_is_too_long_for_them():
-    shares = {}
-    for timestep in (0.00025, 0.002):
+def test_forces_are_semi_implicit_only_where_that_is_needed():
+    for timestep, needed in ((0.00025, 0), (0.002, 1)):
         model, data = closed("die", 1.0, scenes.PAD_FILE, timestep=timestep)
-        contact = fingerpad_mujoco.read(data, "left")[0]
-        shares[timestep] = contact["damping_share_normal"], contact["damping_share_slide"]
-    assert shares[0.00025] == (1.0, 1.0)
-    assert 0.1 <= max(shares[0.002]) < 0.7, shares
+        assert fingerpad_mujoco.read(data, "left")[0]["semi_implicit"] == needed
+    model, data = closed("die", 1.0, scenes.PAD_FILE, timestep=0.001, integration="explicit")
+    assert fingerpad_mujoco.read(data, "left")[0]["semi_implicit"] == 0
+
+
+def test_a_semi_implicit_step_goes_on_with_the_same_bits_from_a_saved_state():
+    same, _ = hold.restored(0.004, held="die", **PAD)
+    assert same

@@ -1,6 +1,6 @@
 """Cost of a step of a pad in a batch of 4096, us per contact: ``python bench/pad.py``.
 
-The fingers press, slide to and fro, and pitch, each at its own phase. Prints lines ``body threads clock cpu``: us of the clock and of
+The fingers press, slide back and forth, and pitch, each at its own phase. Prints lines ``body threads clock cpu``: us of the clock and of
 all processors together, the least of five rounds, since other work on the machine only ever adds. With two threads each has half of the
 fingers.
 """

@@ -258,7 +258,7 @@ def test_least_grips_are_those_of_bisection_over_steps(model: Model) -> None:
 
 
 def margin_under(pad: Pad, depth_mm: float, load: Any, factor: float, options: Any) -> Any:
-    """The response of a finger that was pressed in steps of 0.02 mm and slid in steps of at most 0.02 mm until it bears a load."""
+    """The response of a finger that was pressed in steps of 0.02 mm and slid in steps of at most 0.02 mm until it carries a load."""
     finger = Finger(pad, **options)
     for depth in np.linspace(0, depth_mm, 2 + int(depth_mm / 0.02))[1:]:
         r = finger.step(depth, strength_factor=factor)

@@ -1,6 +1,6 @@
 """Which program the commands start, and how its end becomes a result or an exception.
 
-A script stands in for the program: it reads its options, writes files and ends as the program does. `test_commands.py` tests the
+A script replaces the program: it reads its options, writes files and ends as the program does. `test_commands.py` tests the
 numbers of the program itself.
 """
 

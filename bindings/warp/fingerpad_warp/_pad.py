@@ -29,9 +29,9 @@ Pairs = wp.types.matrix(shape=(3, MODES), dtype=wp.float32)
 Vec6 = wp.types.vector(length=6, dtype=wp.float32)
 
 # Rows of the memory of a contact; behind them anchors (2 a patch) and used shares (1 a patch).
-BULK, DRIFT, MOTION, INVERSE = 0, 16, 32, 38
+BULK, DRIFT, MOTION, FACTOR = 0, 16, 32, 38
 SHIFT, ANGLE, PIVOT, DEPTH, TILT, STRENGTH, FLAGS, PATCHES = 174, 178, 180, 183, 184, 186, 187, 188
-IN_CONTACT, INVERTED = 1, 2
+IN_CONTACT, FACTORED = 1, 2
 
 # Rows of what a step keeps of a patch: spread (negative for a patch that is not looked at), strength at full area, anchor.
 KEPT = 4
@@ -43,7 +43,7 @@ TINY = wp.constant(wp.float32(1.17549435e-38))
 FAR_MM = wp.constant(wp.float32(16.0))
 LEAST_SPREAD_MM2 = wp.constant(wp.float32(1e-8))
 ROOT_3 = wp.constant(wp.float32(1.7320508))
-WAKE_MM = wp.constant(wp.float32(0.2))
+WAKE_MM = wp.constant(wp.float32(0.15))
 ARM_MM = wp.constant(wp.float32(20.0))
 TURN_MM = wp.constant(wp.float32(5.0))
 RAD = wp.constant(wp.float32(np.pi / 180))
@@ -56,19 +56,24 @@ STICKS = wp.constant(wp.float32(0.95))
 SLIDES = wp.constant(wp.float32(0.02))
 AWAY_RAD2 = wp.constant(wp.float32(0.05 * 0.05))
 
-# Most rounds of a step, most halvings of a round, most inversions of the stiffness in a step.
+# Depth beyond which the bands grow with depth, and where the slope of a body is taken beside its apex, mm.
+DEEP_MM = wp.constant(wp.float32(2.6))
+BESIDE_MM = wp.constant(wp.float32(2.0))
+# Least mean square of the arms of a contact about its middle, mm2.
+LEAST_ARM2 = wp.constant(wp.float32(0.01))
+
+# Largest exponent of the stiffening of the bulk.
+MOST_GROWTH = wp.constant(wp.float32(20.0))
+# Most rounds of a step, most halvings of a round, most factors of the stiffness in a step.
 ROUNDS = wp.constant(16)
 HALVINGS = wp.constant(6)
 # Square of the change of the bulk below which it is in equilibrium, over the square of its size, and the least size that counts.
-MOST_GROWTH = wp.constant(wp.float32(20.0))
-#: Least mean square of the arms of a contact about its middle, mm2.
-LEAST_ARM2 = wp.constant(wp.float32(0.01))
 TOLERANCE2 = wp.constant(wp.float32(2e-4 * 2e-4))
 LEAST_SIZE2 = wp.constant(wp.float32(3e-3 * 3e-3))
 LONGEST2 = wp.constant(wp.float32(4.0))
 MET2 = wp.constant(wp.float32(3e-3 * 3e-3))
 KEPT2 = wp.constant(wp.float32(0.4 * 0.4))
-INVERSIONS = wp.constant(2)
+FACTORS = wp.constant(2)
 LEAST_PIVOT = wp.constant(wp.float32(0.25))
 
 
@@ -536,7 +541,15 @@ def misfit(
 
 
 @wp.func
-def inverse_stiffness(
+def upper_half(x: float):
+    """The nearest number in the upper 16 bits of single precision, in which the core keeps the factor."""
+    bits = wp.cast(x, wp.uint32)
+    rounded = bits + wp.uint32(0x7FFF) + ((bits >> wp.uint32(16)) & wp.uint32(1))
+    return wp.cast((rounded >> wp.uint32(16)) << wp.uint32(16), wp.float32)
+
+
+@wp.func
+def factor_of_stiffness(
     numbers: wp.array(dtype=float),
     patches: wp.array2d(dtype=float),
     modes: wp.array(dtype=Modes),
@@ -549,7 +562,7 @@ def inverse_stiffness(
     bulk: Bulk,
     i: int,
 ):
-    """Inverse of the tangent stiffness, without the curvature of the body and of the bulk's second order."""
+    """Factor of the tangent stiffness, without the curvature of the body and of the bulk's second order, in 16 bits a number."""
     pulled = bulk @ squash[0]
     q = wp.sqrt(wp.max(wp.dot(pulled, bulk), 0.0) + 1e-18)
     direction = pulled * (1.0 / q)
@@ -586,43 +599,64 @@ def inverse_stiffness(
                 to = wp.transpose(frame.soft) @ second
                 a = to @ own + lifts_x * to[0] + lifts_z * to[2]
                 stiffness = stiffness + wp.outer(a * acting.grip, a)
-    # Gauss and Jordan, in place: the matrix is at least the unit matrix.
+    # L D L' in the lower triangle: ones on the diagonal of L, 1/D in their place. The matrix is at least the unit matrix.
     for r in range(MODES):
+        for column in range(r):
+            x = stiffness[r, column]
+            for k in range(column):
+                x = x - stiffness[r, k] * stiffness[column, k]
+            stiffness[r, column] = x
         pivot = stiffness[r, r]
+        for column in range(r):
+            scaled = stiffness[r, column]
+            low = scaled * stiffness[column, column]
+            pivot = pivot - scaled * low
+            stiffness[r, column] = low
         if not (pivot > LEAST_PIVOT):
             pivot = 1.0
-        one = 1.0 / pivot
-        row = stiffness[r] * one
-        row[r] = one
-        for k in range(MODES):
-            if k != r:
-                by = stiffness[k, r]
-                other = stiffness[k]
-                other[r] = 0.0
-                stiffness[k] = other - row * by
-        stiffness[r] = row
+        stiffness[r, r] = 1.0 / pivot
+    for r in range(MODES):
+        for k in range(r + 1):
+            stiffness[r, k] = upper_half(stiffness[r, k])
     return stiffness
 
 
 @wp.func
-def stored_inverse(memory: wp.array2d(dtype=float), i: int):
+def with_factor(factor: Square, right: Bulk):
+    """Solution with a factor of `factor_of_stiffness`."""
+    x = right
+    for r in range(MODES):
+        sum = x[r]
+        for k in range(r):
+            sum = sum - factor[r, k] * x[k]
+        x[r] = sum
+    for r in range(MODES):
+        x[r] = x[r] * factor[r, r]
+    for back in range(MODES):
+        r = MODES - 1 - back
+        value = x[r]
+        for k in range(r):
+            x[k] = x[k] - factor[r, k] * value
+    return x
+
+
+@wp.func
+def stored_factor(memory: wp.array2d(dtype=float), i: int):
     out = Square()
-    at = int(INVERSE)
+    at = int(FACTOR)
     for r in range(MODES):
         for k in range(r + 1):
-            value = memory[at + k, i]
-            out[r, k] = value
-            out[k, r] = value
+            out[r, k] = memory[at + k, i]
         at = at + r + 1
     return out
 
 
 @wp.func
-def store_inverse(memory: wp.array2d(dtype=float), inverse: Square, i: int):
-    at = int(INVERSE)
+def store_factor(memory: wp.array2d(dtype=float), factor: Square, i: int):
+    at = int(FACTOR)
     for r in range(MODES):
         for k in range(r + 1):
-            memory[at + k, i] = inverse[r, k]
+            memory[at + k, i] = factor[r, k]
         at = at + r + 1
 
 
@@ -651,21 +685,21 @@ def solve(
     has_last = bool(False)
     last_step = Bulk()
     last_bulk = Bulk()
-    inversions = int(0)
+    factors = int(0)
     before = float(3.4e38)
     is_met = bool(False)
     best_off = float(3.4e38)
     best = bulk
-    is_inverted = int(memory[FLAGS, i]) & wp.static(INVERTED) != 0
-    inverse = stored_inverse(memory, i)
+    is_factored = int(memory[FLAGS, i]) & wp.static(FACTORED) != 0
+    factor = stored_factor(memory, i)
     for _round in range(ROUNDS):
-        if not is_inverted:
-            inverse = inverse_stiffness(numbers, patches, modes, rigid, squash, kept, body, frame, strength_factor, bulk, i)
-            is_inverted = True
-            inversions = inversions + 1
+        if not is_factored:
+            factor = factor_of_stiffness(numbers, patches, modes, rigid, squash, kept, body, frame, strength_factor, bulk, i)
+            is_factored = True
+            factors = factors + 1
             pairs = 0
             has_last = False
-        step = gradient @ inverse
+        step = with_factor(factor, gradient)
         off = wp.abs(wp.dot(step, gradient))
         size = wp.dot(bulk, bulk) + LEAST_SIZE2
         is_met = off <= MET2 * size
@@ -674,8 +708,8 @@ def solve(
             best = bulk
         if not (off > TOLERANCE2 * size):
             break
-        if off > KEPT2 * before and inversions < INVERSIONS and pairs > 0:
-            is_inverted = False
+        if off > KEPT2 * before and factors < FACTORS and pairs > 0:
+            is_factored = False
             before = 3.4e38
         else:
             before = off
@@ -720,12 +754,12 @@ def solve(
                 way = way * 0.5
     if not is_met:
         bulk = best
-        is_inverted = False
+        is_factored = False
     flags = int(wp.static(IN_CONTACT))
-    if is_inverted:
-        flags = flags | wp.static(INVERTED)
-        if inversions > 0:
-            store_inverse(memory, inverse, i)
+    if is_factored:
+        flags = flags | wp.static(FACTORED)
+        if factors > 0:
+            store_factor(memory, factor, i)
     memory[FLAGS, i] = float(flags)
     for k in range(MODES):
         memory[BULK + k, i] = bulk[k]
@@ -787,6 +821,16 @@ def moved_mm(numbers: wp.array(dtype=float), start: Bulk, end: Bulk):
 
 
 @wp.func
+def may_touch(kept: wp.array2d(dtype=float), memory: wp.array2d(dtype=float), count: int, near: float, i: int):
+    """Whether a patch that is not looked at may touch."""
+    found = bool(False)
+    for j in range(count):
+        if kept[KEPT * j, i] < 0.0 and not (memory[PATCHES + 2 * count + j, i] > near):
+            found = True
+    return found
+
+
+@wp.func
 def slipping_part(used: float, onset: float):
     """Share of a patch that slips under a growing load."""
     return wp.exp(onset * wp.log(used + TINY))
@@ -798,9 +842,21 @@ def parabola(numbers: wp.array(dtype=float), at: int, x: float):
 
 
 @wp.func
-def band(numbers: wp.array(dtype=float), at: int, pitch: float, roll: float, stick: float):
-    turned = pitch * pitch + roll * roll
-    return parabola(numbers, at, stick) + parabola(numbers, at + 3, stick) * (turned / (turned + AWAY_RAD2))
+def band(numbers: wp.array(dtype=float), at: int, away: float, stick: float):
+    return parabola(numbers, at, stick) + parabola(numbers, at + 3, stick) * away
+
+
+@wp.func
+def steepness(body: Solid):
+    """Mean slope from the apex of a body to points beside it; 0 for a plane."""
+    sum = float(0.0)
+    if body.kind != 0:
+        for k in range(2):
+            side = BESIDE_MM * (1.0 - 2.0 * float(k))
+            along = surface_point(body, side, 0.0)
+            across = surface_point(body, 0.0, side)
+            sum = sum + along[2] + across[2]
+    return wp.abs(sum) * (0.25 / BESIDE_MM)
 
 
 @wp.func
@@ -978,9 +1034,10 @@ def step_pad(
         wake(numbers, patches, modes, kept, memory, body, frame, near, i)
         is_met = solve(numbers, patches, modes, rigid, squash, kept, memory, body, frame, strength, i)
         end = stored_bulk(memory, i)
-        if not (moved_mm(numbers, start, end) > WAKE_MM):
+        moved = moved_mm(numbers, start, end)
+        if not (moved > WAKE_MM and may_touch(kept, memory, count, APART + travel + moved, i)):
             break
-        # A patch that was taken to be far may touch.
+        # A patch that was taken to be far.
         near = LARGEST
     for k in range(MODES):
         memory[DRIFT + k, i] = end[k] - start[k]
@@ -1125,8 +1182,22 @@ def step_pad(
     response[wp.static(_bed.AREA_MM2), i] = area
     response[wp.static(_bed.CENTRE_X), i] = centre_x
     response[wp.static(_bed.CENTRE_Y), i] = centre_y
-    response[wp.static(_bed.BAND_N), i] = normal * band(numbers, wp.static(place.BAND_NORMAL), pitch, roll, stick)
-    response[wp.static(_bed.BAND_F), i] = limit * band(numbers, wp.static(place.BAND_FRICTION), pitch, roll, stick)
+    band_normal = float(0.0)
+    band_friction = float(0.0)
+    if normal > 0.0:
+        turned2 = pitch * pitch + roll * roll
+        away = turned2 / (turned2 + AWAY_RAD2)
+        steep = steepness(body)
+        deep = wp.max(depth - DEEP_MM, 0.0)
+        b = wp.static(place.BAND_BODY)
+        d = wp.static(place.BAND_DEEP)
+        light = wp.static(place.BAND_LIGHT)
+        of_normal = band(numbers, wp.static(place.BAND_NORMAL), away, stick) + steep * numbers[b] + deep * numbers[d]
+        of_limit = band(numbers, wp.static(place.BAND_FRICTION), away, stick) + steep * numbers[b + 1] + deep * numbers[d + 1]
+        band_normal = normal * of_normal + numbers[light] + away * numbers[light + 2]
+        band_friction = limit * of_limit + numbers[light + 1] + away * numbers[light + 3]
+    response[wp.static(_bed.BAND_N), i] = band_normal
+    response[wp.static(_bed.BAND_F), i] = band_friction
     regime[i] = sort
     status[i] = flags
 

@@ -14,6 +14,7 @@ from conftest import MODEL, PAD
 
 import fingerpad_warp as fw
 from fingerpad_warp import _model as place
+from fingerpad_warp import _pad_model as pad_place
 
 
 def sealed(data: bytes) -> bytes:
@@ -79,8 +80,8 @@ ROWS = 8 + 4 * (place.HEAD + place.SPRING * place.SPRINGS)
         (b"DATA", ROWS + 4 * (place.ROW * 3 + place.NORMAL + 1), -0.1, "normal_force_n falls at node 3"),
         (b"DATA", ROWS + 4 * (place.ROW * 5 + place.AREA), 60.0, "contact_area_mm2 jumps at node 5"),
         (b"DATA", ROWS + 4 * (place.ROW * 36 + place.LIMIT + 1), 0.1, "friction_limit_n changes behind the last node"),
-        (b"PADN", 4 + 4 * 283, 1.5, r"beta\[0\] = 1.5 is not between 0.001 and 1"),
-        (b"PADN", 4 + 4 * 232, 0.1, "reach of a patch"),
+        (b"PADN", 4 + 4 * (pad_place.FRICTION + 1), 1.5, r"beta\[0\] = 1.5 is not between 0.001 and 1"),
+        (b"PADN", 4 + 4 * pad_place.REACH, 0.1, "reach of a patch"),
         (b"PADP", 4 * 3, -1.0, r"area of a patch, mm2\[0\] = -1"),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 from conftest import SEED, differences, disturbed_pad_path, follow
 
 import fingerpad_warp as fw
+from fingerpad_warp import _pad_model as pad_place
 
 FORCES = ("normal_force_n", "friction_x_n", "friction_y_n")
 BODIES = [("Plane", ()), ("Sphere", (20.0,)), ("Sphere", (-40.0,)), ("Cylinder", (10.0, 90.0)), ("Edge", (4.0, 20.0, 120.0))]
@@ -41,8 +42,10 @@ def test_numbers_of_the_core(pad: fw.Pad, device: str, name: str, numbers: tuple
     print(told)
     assert np.quantile(apart, 0.999) <= 1e-4 and apart.max() <= 1e-3, told
     np.testing.assert_array_equal(found["status"] & ~fw.Status.NOT_CONVERGED, expected["status"] & ~fw.Status.NOT_CONVERGED)
+    # Where the pose jumps by up to 60 degrees in one step, either solver may run out of rounds.
+    steady = expected["status"] & fw.Status.POSE_OUT_OF_RANGE == 0
     for missed in (found, expected):
-        assert (missed["status"] & fw.Status.NOT_CONVERGED != 0).mean() < 1e-3
+        assert (missed["status"] & fw.Status.NOT_CONVERGED != 0)[steady].mean() < 1e-3
     assert (found["regime"] != expected["regime"]).mean() < 1e-3
     assert set(np.unique(expected["regime"])) == {0, 1, 2, 3}, "the path shows every regime"
     flags = np.bitwise_or.reduce(expected["status"], axis=None)
@@ -59,7 +62,7 @@ def test_numbers_of_the_core(pad: fw.Pad, device: str, name: str, numbers: tuple
         assert np.quantile(off, 0.999) <= 1e-4, f"seed {SEED}: {field} {np.quantile(off, 0.999):.1e}"
 
 
-@pytest.mark.parametrize("place", [279, 277, 282, 309])
+@pytest.mark.parametrize("place", [pad_place.AREA, pad_place.FLATTENING, pad_place.FRICTION, pad_place.TURN])
 def test_a_changed_pad_is_noticed(pad: fw.Pad, device: str, place: int) -> None:
     """The comparison fails where one number of the pad (largest area, flattening, lambda, turn) is off by 2 %."""
     changed = fw.Pad.from_bytes(pad.to_bytes())

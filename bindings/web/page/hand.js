@@ -1,4 +1,4 @@
-// What moves the body: the place that a hand asks for, or a recorded path; and the disturbances on top.
+// The motion of the body: the position that a hand requests, or a recorded path, with disturbances added.
 
 import { MOTION } from "./model.js";
 

@@ -12,8 +12,8 @@ import { formulas, held, numbers, remarks, verdict } from "./words.js";
 
 /** Longest time that one frame makes up for, s: a page that was hidden does not run after it. */
 const MOST_S = 0.1;
-/** Time for which a regime must last before it is told, s. */
-const TOLD_S = 0.12;
+/** Time for which a regime must last before it is announced, s. */
+const ANNOUNCED_S = 0.12;
 /** Time between two looks whether the address still fits, ms. */
 const LINK_MS = 500;
 const AXES = ["depth", "x", "y", "spin", "pitch", "roll"];
@@ -59,7 +59,7 @@ class Page {
     this.r = model.response(0);
     this.work = [];
     this.left = 0;
-    this.told = { regime: -1, since: 0 };
+    this.announced = { regime: -1, since: 0 };
     this.average = 0;
     this.loops = false;
     /** Values of the controls at rest, and the address that was written last. */
@@ -123,7 +123,7 @@ class Page {
     }
   }
 
-  /** Lifts the finger off; the body begins anew under it. */
+  /** Lifts the finger off; the contact with the body starts again. */
   lift() {
     const { model, hand } = this;
     model.wasm.lift(hand.at[4], hand.at[5]);
@@ -180,15 +180,15 @@ class Page {
       height: model.wasm.height,
     };
     for (const view of Object.values(this.views)) view.draw(scene);
-    this.tell();
+    this.announce();
     this.follow();
   }
 
-  tell() {
+  announce() {
     const { r, hand } = this;
-    if (r.regime !== this.told.seen) Object.assign(this.told, { seen: r.regime, since: hand.time });
-    if (r.regime !== this.told.regime && hand.time - this.told.since >= TOLD_S) {
-      this.told.regime = r.regime;
+    if (r.regime !== this.announced.seen) Object.assign(this.announced, { seen: r.regime, since: hand.time });
+    if (r.regime !== this.announced.regime && hand.time - this.announced.since >= ANNOUNCED_S) {
+      this.announced.regime = r.regime;
       [el("regime").textContent, el("plain").textContent] = verdict(r);
     }
     say("remark", remarks(r));
@@ -198,7 +198,7 @@ class Page {
     this.tellHeld();
   }
 
-  /** Tells what a disturbance does to a load that is held still. */
+  /** Shows the effect of a disturbance on a static load. */
   tellHeld() {
     const { hand } = this;
     const shaken = hand.disturbance.noise_um > 0 || hand.disturbance.vibrates;
@@ -260,7 +260,7 @@ class Page {
     this.walked("Stopped: the body is yours.");
   }
 
-  /** Asks for a place, within what the sliders allow. */
+  /** Requests a position, within the limits of the sliders. */
   ask(axis, value) {
     const input = el(AXES[axis]);
     this.hand.target[axis] = Math.min(Math.max(value, Number(input.min)), Number(input.max));

@@ -34,7 +34,7 @@ writeFileSync(join(SITE, "index.html"), html);
 const optimiser = join(dirname(createRequire(import.meta.url).resolve("binaryen/package.json")), "bin/wasm-opt");
 const small = ["-Oz", "--converge", "--all-features", "--strip-debug", "--strip-producers", "--strip-target-features"];
 execFileSync(process.execPath, [optimiser, ...small, MODULE, "-o", OPTIMISED], { stdio: "inherit" });
-// The page inflates the module itself, so that any server will do, also one that knows neither the kind nor compression.
+// The page inflates the module itself, so that any server will do, also one without the module's type and without compression.
 writeFileSync(join(SITE, "fingerpad.wasm.deflate"), deflateRawSync(readFileSync(OPTIMISED), { level: 9 }));
 cpSync(MODEL, join(SITE, "fingertip-pad.fpm"));
 

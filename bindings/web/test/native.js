@@ -30,7 +30,7 @@ export function words(out) {
   return new Uint32Array(out.buffer.slice(out.byteOffset, out.byteOffset + out.length));
 }
 
-/** What the reference is told of a body over whose apex the finger is in a pose. */
+/** The reference's input for a body over whose apex the finger is in a pose. */
 export function bodyWords({ kind, radius, axis, angle }, [pitch, roll]) {
   return [["plane", "sphere", "cylinder", "edge"].indexOf(kind), radius, axis, angle, pitch, roll].join(",");
 }
@@ -53,7 +53,7 @@ export function random(seed) {
 
 /**
  * A random path of `count` motions: presses, slides with reversals, spins, lift-offs. Disturbed, it also has noise on the depth,
- * poses that change, a skin that changes, and now and then a motion that is no number.
+ * poses that change, a skin that changes, and at times a motion that is not a number.
  */
 export function path(count, seed, disturbed) {
   const next = random(seed);

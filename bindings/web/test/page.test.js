@@ -348,7 +348,7 @@ test("files that are none are refused in the core's words, and nothing is lost",
   await page.close();
 });
 
-test("the module bears counts, lengths and bodies that it does not have", async () => {
+test("the module refuses counts, lengths and bodies that it does not have", async () => {
   const page = await start({ reducedMotion: "reduce" });
   const [steps, codes, bodies, after] = await page.evaluate(() => {
     const { model } = globalThis.fingerpad;
@@ -382,7 +382,7 @@ test("a dropped path is replayed to its end", async () => {
   await page.close();
 });
 
-test("a held load stays under noise and vibration", async () => {
+test("a static load does not relax under noise and vibration", async () => {
   const page = await start({ reducedMotion: "reduce" });
   for (const id of ["noisy", "vibrates"]) {
     await page.click("#reset");

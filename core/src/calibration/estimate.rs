@@ -39,7 +39,7 @@ impl Scatter {
 
     pub(super) fn end_round(&mut self) {
         if self.number > 0.0 {
-            // What the readings cannot tell apart, shares squared.
+            // Least difference that the readings resolve, shares squared.
             let least = 1e-6;
             self.all = (self.squares / self.number).max(least);
             self.white = (self.steps / self.number).max(least).at_most(self.all);

@@ -105,7 +105,8 @@ const RANGES: [[f32; 2]; UNKNOWNS] = [[0.5, 2.0], [0.2, 5.0], [0.1, 10.0], [-0.5
 impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B> {
     /// A calibration that begins with the model's own finger, in the air.
     ///
-    /// Errors: those of [`ModelOf::tuned`], which a model that loads does not have here.
+    /// # Errors
+    /// Those of [`ModelOf::tuned`], which do not occur here for a model that loads.
     pub fn new(model: &ModelOf<'a, M, N>, settings: Settings) -> Result<Self, Error> {
         let twin = Twin { model: model.tuned(Tuning::default())?, depth_offset_mm: 0.0, state: StateOf::default() };
         let mut this = Self {
@@ -128,7 +129,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     }
 
     /// Takes in one step, the motion with the depth as the device has it and the forces measured at its end, and works on one
-    /// block. What is no number is left out.
+    /// block. Values that are not numbers are left out.
     pub fn step(&mut self, motion: Motion, measured: Measured) {
         self.record(motion, measured);
         self.work();

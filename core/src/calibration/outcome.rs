@@ -1,4 +1,4 @@
-//! What a calibration is told and what it tells.
+//! Input and result of a calibration.
 //!
 //! Main types: [`Settings`], [`Measured`], [`Calibrated`], [`NotCalibrated`]. Uses rescaling.
 

@@ -58,7 +58,7 @@ impl<const M: usize, const P: usize> Default for Contact<M, P> {
 }
 
 impl<const M: usize, const P: usize> Contact<M, P> {
-    /// Counts times and paths up to the end of a motion, and tells what the laws may then read.
+    /// Counts times and paths up to the end of a motion, and returns the conditions that the laws read.
     pub(super) fn advance(&mut self, surroundings: &Surroundings, motion: &Motion) -> Conditions<f32> {
         let speed_mm_s = self.count(surroundings.speed_mm_s, motion);
         self.conditions(surroundings, motion.depth_mm, speed_mm_s)
@@ -115,7 +115,7 @@ impl<const M: usize, const P: usize> Contact<M, P> {
         0.0
     }
 
-    /// The finger has rested in the air: what builds up under occlusion starts anew.
+    /// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
     pub(super) fn rested(&mut self) {
         self.occlusion_s = Sum::default();
     }

@@ -36,7 +36,7 @@ pub struct Law {
     pub parameters: &'static [Parameter],
     /// How many of them are linear.
     pub linear: usize,
-    /// How the fitted parameters are told in a report.
+    /// How a report shows the fitted parameters.
     pub reported: Reported,
     /// Columns of the measured runs that it reads.
     pub drivers: &'static [Column],
@@ -93,13 +93,13 @@ pub enum Place {
     Reading,
 }
 
-/// How the parameters of a law are told, other than as they are fitted.
+/// How the parameters of a law are reported, where this differs from the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reported {
     /// As they are fitted.
     AsFitted,
-    /// Fitted as the pair a cos 2 axis and a sin 2 axis, in which the law is linear; told as the amplitude a and the axis,
+    /// Fitted as the pair a cos 2 axis and a sin 2 axis, in which the law is linear; reported as the amplitude a and the axis,
     /// 0 to 180 degrees. Both of the pair have the amplitude's bounds.
     AmplitudeAndAxis,
 }

@@ -3,7 +3,7 @@
 //!
 //! A file has an effect's formula, its parameters with ranges, its source, what drives it and what it is confused with
 //! ([`Effect`], [`Law`]). The formula reads [`Conditions`] and writes a [`Change`], and is generic over the precision:
-//! `f32` on a microcontroller, `f64` in the diagnosis ([`Real`] tells why by a trait and not by a macro). [`LAWS`]
+//! `f32` on a microcontroller, `f64` in the diagnosis ([`Real`] explains why this is a trait and no macro). [`LAWS`]
 //! describes all effects; [`Effects`] runs those whose slots a model file has, with the clocks of [`Contact`] and the
 //! caller's [`Surroundings`]. The plain step is not touched by them. An effect more is one file, one line in the list below
 //! and its lines in `data/law-vectors.csv`: see `core/docs/add-an-effect.md`. Uses model, model_file, math.

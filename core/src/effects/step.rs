@@ -21,7 +21,7 @@ const PER_AREA: f32 = 1.0 / REFERENCE_AREA_MM2 as f32;
 /// Largest force of an effect, N.
 const LARGEST_N: f32 = 1e3;
 
-/// A force of an effect, or `otherwise` and a flag where it is no number or beyond all fingers.
+/// A force of an effect, or `otherwise` and a flag where it is not a number or larger than any finger's.
 fn held(force: f32, otherwise: f32, status: &mut Status) -> f32 {
     if force.abs() <= LARGEST_N {
         return force;
@@ -53,19 +53,21 @@ impl<L> core::fmt::Debug for Effects<'_, L> {
 impl<'a> Effects<'a> {
     /// The effects of some slots, by the library of this crate.
     ///
-    /// Errors: those of [`Effects::of`].
+    /// # Errors
+    /// Those of [`Effects::of`].
     pub fn new(slots: &'a [EffectSlot]) -> Result<Self, Error> {
         Self::of(slots)
     }
 
     /// The effects of a model file, its tables among them, by the library of this crate.
     ///
-    /// Errors: those of [`Effects::with_tables`].
+    /// # Errors
+    /// Those of [`Effects::with_tables`].
     pub fn of_file<const M: usize, const N: usize>(file: &FileOf<'a, M, N>) -> Result<Self, Error> {
         Self::with_tables(file.effects, file.tables)
     }
 
-    /// The finger has rested in the air: what builds up under occlusion starts anew.
+    /// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
     pub fn rested<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
         contact.rested();
     }
@@ -74,7 +76,8 @@ impl<'a> Effects<'a> {
 impl<'a, L: Library> Effects<'a, L> {
     /// Checks slots without tables against a library.
     ///
-    /// Errors: those of [`Effects::with_tables`].
+    /// # Errors
+    /// Those of [`Effects::with_tables`].
     pub fn of(slots: &'a [EffectSlot]) -> Result<Self, Error> {
         Self::with_tables(slots, &[])
     }
@@ -83,7 +86,8 @@ impl<'a, L: Library> Effects<'a, L> {
     ///
     /// * `tables`: the file's section of tables, [`FileOf::tables`]
     ///
-    /// Errors: [`Error::Section`] for a law that the library does not have and for a table that is not whole, [`Error::Range`]
+    /// # Errors
+    /// [`Error::Section`] for a law that the library does not have and for a table that is not whole, [`Error::Range`]
     /// for a value beyond 1e6, a scale that is not positive and a node of a table beyond the range of what it changes.
     pub fn with_tables(slots: &'a [EffectSlot], tables: &'a [f32]) -> Result<Self, Error> {
         for (i, slot) in slots.iter().enumerate() {
@@ -116,7 +120,7 @@ impl<'a, L: Library> Effects<'a, L> {
     /// limit. Adhesion leaves friction and its limit as they are.
     ///
     /// What leads beyond its range is held there and flagged by [`Status::EFFECT_HELD`]: a strength factor beyond 0.1 to 5 or
-    /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is no number or beyond
+    /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is not a number or beyond
     /// 1000 N, which is left out; a table beyond the range of its driver, and one without it, which is left out.
     pub fn step<const M: usize, const N: usize, const P: usize, S: Scaling<f32>>(
         &self,

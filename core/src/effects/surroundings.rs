@@ -1,8 +1,8 @@
-//! What effects depend on and a motion does not tell.
+//! Conditions that effects depend on and a motion does not contain.
 
 use super::OWN;
 
-/// What an effect may depend on and the motion does not tell. `Default` is the reference state.
+/// Conditions that an effect may depend on and the motion does not contain. `Default` is the reference state.
 ///
 /// Where a time or a speed is `None` it is counted from the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

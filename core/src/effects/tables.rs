@@ -1,8 +1,8 @@
-//! Effects that a model file brings as tables: a law of the user's own runs without the firmware being compiled anew.
+//! Effects that a model file brings as tables: a law of the user's own runs without another compilation of the firmware.
 //!
 //! A slot of the number [`TABLE`] says what its table changes and where in the file's section of tables it lies. A table has
 //! one or two axes, evenly spaced nodes on each, and a change at every node; between nodes it is linear. Beyond an axis it is
-//! held at the end, which the step flags; a driver that is no number leaves the table out. Uses conditions, change, error.
+//! held at the end, which the step flags; a driver that is not a number leaves the table out. Uses conditions, change, error.
 
 use super::{Change, Conditions, VALUES};
 use crate::EffectSlot;
@@ -128,7 +128,7 @@ impl Axis {
         [self.driver as f32, self.nodes as f32, self.low, self.per_unit]
     }
 
-    /// The cell, the place in it from 0 to 1, and whether the driver lies beyond the axis; `None` where it is no number.
+    /// The cell, the place in it from 0 to 1, and whether the driver lies beyond the axis; `None` where it is not a number.
     fn place(&self, at: &Conditions<f32>) -> Option<(usize, f32, bool)> {
         if self.nodes < 2 {
             return Some((0, 0.0, false));
@@ -169,7 +169,7 @@ impl<'a> Table<'a> {
         Some(Self { axes, values: values.get(..one.checked_mul(two)?)? })
     }
 
-    /// The change under conditions, and whether a driver lies beyond its axis; `None` where one is no number.
+    /// The change under conditions, and whether a driver lies beyond its axis; `None` where one is not a number.
     fn value(&self, at: &Conditions<f32>) -> Option<(f32, bool)> {
         let [one, two] = &self.axes;
         let ((i, s, is_beyond), (k, t, is_beyond_too)) = (one.place(at)?, two.place(at)?);

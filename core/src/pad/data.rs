@@ -59,11 +59,9 @@ pub struct Numbers<T = f32> {
     pub band_body: [T; 2],
     /// What depth adds to both bands, per mm beyond 2.6 mm.
     pub band_deep: [T; 2],
-    /// What is added to both bands (normal force, friction) in any case, N: it decides where the contact is light.
-    pub band_light_n: [T; 2],
-    /// What a load adds to friction's band where the contact sticks, per used share of the strength: in the neutral pose, and what
-    /// another pose adds to it.
-    pub band_loaded: [T; 2],
+    /// What is added to both bands (normal force, friction) in any case, N: it decides where the contact is light. In the neutral pose, and
+    /// what another pose adds to it.
+    pub band_light_n: [[T; 2]; 2],
     /// What was fitted.
     pub law: Law<T>,
 }
@@ -175,8 +173,7 @@ impl Numbers {
             band_friction: self.band_friction.map(|band| band.map(of)),
             band_body: self.band_body.map(of),
             band_deep: self.band_deep.map(of),
-            band_light_n: self.band_light_n.map(of),
-            band_loaded: self.band_loaded.map(of),
+            band_light_n: self.band_light_n.map(|band| band.map(of)),
             law: Law {
                 softness: law.softness.map(of),
                 stiffening: law.stiffening.map(of),

@@ -91,8 +91,7 @@ impl ExamplePad {
             band_friction: [[0.05, 0.0, 0.0], [0.1, 0.0, 0.0]],
             band_body: [0.5, 0.5],
             band_deep: [0.02, 0.02],
-            band_light_n: [0.0005, 0.001],
-            band_loaded: [0.02, 0.02],
+            band_light_n: [[0.0005, 0.001]; 2],
             law: Law {
                 softness: [1.0, 1.0],
                 stiffening: [0.15, 0.1],

@@ -151,11 +151,10 @@ impl Pad<'_> {
         all(Field::PressureExponent, &mut law.friction[1..].iter().copied(), [1e-3, 1.0])?;
         all(Field::Sharpness, &mut core::iter::once(law.onset), [1e-3, 1e3])?;
         all(Field::Lift, &mut law.lift.iter().flatten().copied().chain([law.turn]), signed)?;
-        let Numbers { band_normal, band_friction, band_body, band_deep, band_light_n, band_loaded, .. } = self.numbers;
-        let added = |k: usize| [band_body[k], band_deep[k], band_light_n[k]];
+        let Numbers { band_normal, band_friction, band_body, band_deep, band_light_n, .. } = self.numbers;
+        let added = |k: usize| [band_body[k], band_deep[k], band_light_n[0][k], band_light_n[1][k]];
         all(Field::BandNormal, &mut band_normal.iter().flatten().copied().chain(added(0)), signed)?;
-        let of_friction = band_friction.iter().flatten().copied().chain(added(1)).chain(*band_loaded);
-        all(Field::BandFriction, &mut { of_friction }, signed)?;
+        all(Field::BandFriction, &mut band_friction.iter().flatten().copied().chain(added(1)), signed)?;
         let [least, most] = self.numbers.pitch_range_deg;
         all(Field::Pose, &mut [least, most, self.numbers.neutral_pitch_deg].into_iter(), [-90.0, 90.0])?;
         all(Field::Pose, &mut core::iter::once(self.numbers.roll_max_deg), [0.0, 60.0])?;

@@ -404,7 +404,8 @@ impl<T: Elementary> Pad<'_, T> {
         let added = [0, 1].map(|k| steepness * numbers.band_body[k] + deep * numbers.band_deep[k]);
         let band =
             |[neutral, other]: &[[T; 3]; 2]| parabola(neutral, stick_ratio) + away * parabola(other, stick_ratio);
-        let (loaded, light) = (numbers.band_loaded[0] + away * numbers.band_loaded[1], numbers.band_light_n);
+        let [light, more] = numbers.band_light_n;
+        let light = [0, 1].map(|k| light[k] + away * more[k]);
         let per_normal = T::of(1.0) / (normal + T::of(f32::MIN_POSITIVE));
         Response {
             normal_force_n: normal,
@@ -421,7 +422,7 @@ impl<T: Elementary> Pad<'_, T> {
             contact_area_mm2: area,
             band_normal_n: if in_contact { normal * (band(&numbers.band_normal) + added[0]) + light[0] } else { zero },
             band_friction_n: if in_contact {
-                strength * (band(&numbers.band_friction) + stick_ratio * share * loaded + added[1]) + light[1]
+                strength * (band(&numbers.band_friction) + added[1]) + light[1]
             } else {
                 zero
             },

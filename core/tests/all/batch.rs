@@ -1,16 +1,18 @@
 //! Many contacts at once: the bits of one by one, on calm and on disturbed motions.
 
 use crate::common::{Noise, models};
-use fingerpad::{Fitted, Forces, ModelOf, Motion, Motions, Regime, Scaling, StateOf, Status, Tuning, Wide, step};
+use fingerpad::{
+    Fitted, Forces, ModelOf, Motion, Motions, Regime, Scaling, SimdScaling, StateOf, Status, Tuning, step,
+};
 
 /// One contact more than three times eight and four that are left over.
 const COUNT: usize = 29;
 
 /// Steps `COUNT` contacts together and one by one over a path that presses, slides, turns back, lifts and, if `disturbed`,
-/// trembles, jumps, is no number and changes in strength.
+/// has noise, jumps, values that are not numbers and changes of strength.
 fn compare<const P: usize, S>(model: &ModelOf<'_, 4, 37, S>, disturbed: bool)
 where
-    S: Scaling<f32> + Wide,
+    S: Scaling<f32> + SimdScaling,
 {
     let mut together = [StateOf::<4, P>::default(); COUNT];
     let mut alone = together;

@@ -152,7 +152,7 @@ fn standard_errors_are_those_of_repetitions() {
     let truth = tuning([1.1, 1.4, 0.8]);
     let finger = model.tuned(truth).unwrap();
     let mut sums = [[0.0f64; 2]; 3];
-    let mut told = [0.0f64; 3];
+    let mut reported = [0.0f64; 3];
     let repetitions = 12;
     for seed in 0..repetitions {
         let (mut state, mut noise) = (State::default(), Noise(1000 + seed));
@@ -168,17 +168,17 @@ fn standard_errors_are_those_of_repetitions() {
         for k in 0..3 {
             let off = f64::from(values[k]) - 1.0;
             sums[k] = [sums[k][0] + off, sums[k][1] + off * off];
-            told[k] += f64::from(found.tuning_error[k]) / repetitions as f64;
+            reported[k] += f64::from(found.tuning_error[k]) / repetitions as f64;
         }
     }
     for k in 0..3 {
         let mean = sums[k][0] / repetitions as f64;
         let deviation = (sums[k][1] / repetitions as f64 - mean * mean).sqrt();
-        println!("unknown {k}: mean off {mean:.4}, deviation {deviation:.4}, told {:.4}", told[k]);
-        // The error told allows for the model's own, which is the same in each repetition.
+        println!("unknown {k}: mean off {mean:.4}, deviation {deviation:.4}, reported {:.4}", reported[k]);
+        // The reported error allows for the model's own, which is the same in each repetition.
         assert!(
-            deviation < 1.5 * told[k] && mean.abs() < 2.5 * told[k] && told[k] < 0.06,
-            "{k} {mean} {deviation} {told:?}"
+            deviation < 1.5 * reported[k] && mean.abs() < 2.5 * reported[k] && reported[k] < 0.06,
+            "{k} {mean} {deviation} {reported:?}"
         );
     }
 }
@@ -312,7 +312,7 @@ fn motions_that_do_not_suffice_are_named() {
     }
 }
 
-/// What is no number changes nothing.
+/// Readings that are not numbers change nothing.
 #[test]
 fn bad_readings_are_left_out() {
     let (_, data) = models().pop().unwrap();

@@ -97,7 +97,7 @@ fn reported_and_fitted_parameters_are_each_others_inverse() {
             assert!((a - b).abs() < 1e-12 * a.abs(), "{} {a} {b}", law.name);
         }
     }
-    // An axis of -30 degrees is told as 150.
+    // An axis of -30 degrees is reported as 150.
     let anisotropy = find("anisotropy").unwrap();
     assert!((anisotropy.report(&anisotropy.fitted(&[0.2, -30.0]))[1] - 150.0).abs() < 1e-12);
 }
@@ -203,7 +203,7 @@ proptest! {
             let [x, y] = r.friction_n;
             prop_assert!(r.normal_force_n.is_finite() && x.is_finite() && y.is_finite(), "{r:?}");
             prop_assert!(effects.reading_under(&r, &contact, &around).iter().all(|f| f.is_finite()));
-            // A driver well below its axis, and one that is no number.
+            // A driver well below its axis, and one that is not a number.
             let v = own.get((driver as usize).wrapping_sub(13)).copied().unwrap_or(low);
             if target < 3 && depth > 0.0 && !(v >= low - 1.0) {
                 prop_assert!(r.status.contains(Status::EFFECT_HELD), "{v} {r:?}");

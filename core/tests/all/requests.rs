@@ -1,4 +1,4 @@
-//! What a controller asks for besides a step: gradients, driven steps, the least grip, events.
+//! Requests of a controller besides a step: gradients, driven steps, the least grip, events.
 
 use crate::common::{Noise, closed_path, example, motion, shipped};
 use fingerpad::events::{Change, Queue, Watch};

@@ -25,7 +25,7 @@ pub fn shipped() -> Data {
     read(include_bytes!("../data/fingertip.fpm")).unwrap()
 }
 
-/// The model of a file, from a copy that is aligned as the reader asks.
+/// The model of a file, from a copy that is aligned as the reader requires.
 fn read(bytes: &[u8]) -> Result<Data, Error> {
     let words: Vec<u64> =
         bytes.chunks(8).map(|c| u64::from_ne_bytes(core::array::from_fn(|i| c.get(i).copied().unwrap_or(0)))).collect();

@@ -7,7 +7,8 @@ use fingerpad::{Contact, Effects, Error, File, Motion, SPRINGS, Surroundings};
 /// Digest of what a sensor reads along `strokes` strokes of 500 steps: press, hold, slide, turn back, lift; moisture,
 /// temperature, width, clock and direction are others each time.
 ///
-/// Errors: those of [`Effects::new`].
+/// # Errors
+/// Those of [`Effects::new`].
 pub fn digest(file: &File<'_>, strokes: u32) -> Result<u32, Error> {
     let effects = Effects::new(file.effects)?;
     let mut contact = Contact::<SPRINGS>::default();

@@ -447,7 +447,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let again = Redecision::new(&evidence, &reference, &options.settings);
     let threads = PowerSettings::default().threads;
     if args.stability_groups > 0 {
-        report.stability = repeated::leave_out_groups(&again, args.stability_groups, threads);
+        // Where held-out runs changed the verdict, decisions without them say nothing about it.
+        let found = repeated::leave_out_groups(&again, args.stability_groups, threads);
+        report.stability = found.filter(|found| found.all.verdict == report.verdict);
     }
     report.elapsed_s = started.elapsed().as_secs_f64();
     if args.power {

@@ -18,6 +18,7 @@ macro_rules! eprintln {
     ($($what:tt)*) => { $crate::say(&mut std::io::stderr(), format_args!("{}\n", format_args!($($what)*))) };
 }
 
+mod bed;
 mod build;
 mod build_model;
 mod conditions;
@@ -43,6 +44,7 @@ mod progress;
 mod provenance;
 mod reduce;
 mod results;
+mod retune;
 mod rigid_body;
 mod simulate;
 
@@ -90,6 +92,10 @@ enum Command {
     Reduce(reduce::Args),
     /// Make the pad of a finger: the reduced model for every pose, every rigid body and the forces of a hand
     Pad(pad::Args),
+    /// Make a bed of springs from a pad, in any pose
+    Bed(bed::Args),
+    /// Write a model for another finger: its size, stiffness and friction over those of the fitted one
+    Retune(retune::Args),
     /// Follow a path of the plane with the reduced model
     Eval(eval::Args),
     /// Write a model as a Rust constant, a C array or JSON
@@ -241,6 +247,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Finger(args) => finger::run(&args),
         Command::Reduce(args) => reduce::run(&args),
         Command::Pad(args) => pad::run(&args),
+        Command::Bed(args) => bed::run(&args),
+        Command::Retune(args) => retune::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Phantom(args) => phantom::run(&args),

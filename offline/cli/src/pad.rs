@@ -39,8 +39,8 @@ pub struct Args {
     /// Patches, nearly: they come in mirrored pairs
     #[arg(long, value_name = "N", default_value_t = 37, value_parser = patches)]
     patches: usize,
-    /// Runs to fit to, shared out over the kinds of motion by their number; each kind gives at least 15 % of N. The others that may be
-    /// fitted to give the bands
+    /// Runs to fit to, shared out over the kinds of motion by their number; each kind gives at least 15 % of N. All
+    /// that are not held out give the bands
     #[arg(long, value_name = "N", default_value_t = 80)]
     fit_runs: usize,
     /// Patience of the fit: evaluations for each number at most
@@ -120,9 +120,9 @@ pub(super) fn make(config: &Config, runs: &[Run], settings: &PadSettings, out: &
 }
 
 fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
-    let [fitted, others] = made.meta.fitted_runs;
+    let [fitted, of_bands] = made.meta.fitted_runs;
     println!(
-        "{} patches, fitted to {fitted} runs, bands by {others}; along the held-out runs:",
+        "{} patches, fitted to {fitted} runs, bands by {of_bands}; along the held-out runs:",
         made.model.patches.len()
     );
     println!(

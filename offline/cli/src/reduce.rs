@@ -84,7 +84,11 @@ impl From<ReduceError> for Failure {
     fn from(error: ReduceError) -> Self {
         match error {
             ReduceError::Fit(_) | ReduceError::Model(_) => Self::Numerics(error.into()),
-            ReduceError::Run { .. } | ReduceError::Runs(_) | ReduceError::Design { .. } => Self::Input(error.into()),
+            ReduceError::Run { .. }
+            | ReduceError::Runs(_)
+            | ReduceError::Design { .. }
+            | ReduceError::Pose { .. }
+            | ReduceError::Retune(_) => Self::Input(error.into()),
         }
     }
 }

@@ -19,7 +19,7 @@ const SOURCES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/fmu_source
 pub enum FmuError {
     /// The program was compiled for a system for which the unit is not compiled with it.
     #[error(
-        "this program has no co-simulation unit for {platform} inside; bindings/fmu/README.md tells how to build one"
+        "this program has no co-simulation unit for {platform} inside; bindings/fmu/README.md describes how to build one"
     )]
     NoUnit {
         /// The system as FMI names it.
@@ -33,7 +33,7 @@ pub enum FmuError {
     File(#[from] std::io::Error),
 }
 
-/// The FMU of a model, as the bytes of its file; `name` is told in the description.
+/// The FMU of a model, as the bytes of its file; `name` is written to the description.
 ///
 /// # Errors
 /// [`FmuError`].

@@ -29,6 +29,19 @@ pub enum ReduceError {
     /// The fit found no model that `fingerpad` accepts.
     #[error("the fitted numbers are no model: {0}")]
     Model(#[from] fingerpad::Error),
+    /// A pose out of a pad's range.
+    #[error("{axis} of {value}°: the pad's range is {}° to {}°", range[0], range[1])]
+    Pose {
+        /// Pitch or roll.
+        axis: &'static str,
+        /// Its value, degrees.
+        value: f64,
+        /// Least and largest value, degrees.
+        range: [f64; 2],
+    },
+    /// A model that cannot be retuned.
+    #[error("{0}")]
+    Retune(String),
     /// The fit ended without an answer.
     #[error("the fit failed: {0}")]
     Fit(String),

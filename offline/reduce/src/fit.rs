@@ -145,7 +145,7 @@ pub fn fit<const M: usize, const N: usize>(
 
 /// Share of what couples depth and slide that may be given up at a depth for a model that is passive, and the part of it that is
 /// given up at a time.
-const GIVEN_UP: f64 = 0.4;
+const GIVEN_UP: f64 = 0.9;
 const PART: f64 = 0.01;
 /// Depths to either side of one where it is not passive that give up less and less: a sudden change would bend the curves.
 const NEIGHBOURS: usize = 6;

@@ -4,7 +4,7 @@
 //! [`Run`]. [`reduce`] fits the model's parameters to the runs that are not held out, replays every run through the
 //! package `fingerpad` itself, and returns a [`Reduced`] model with its error band, [`Scores`] and the bytes of its
 //! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text, [`LimitSurface`] holds
-//! its friction in full slip.
+//! its friction in full slip, [`retuned_bed`] and [`retuned_pad`] make the model file of another finger.
 //! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod agreement;
@@ -22,6 +22,7 @@ mod parameterisation;
 mod progress;
 mod replay;
 mod residuals;
+mod retune;
 mod runs;
 mod score;
 mod spin_limit;
@@ -42,6 +43,7 @@ pub use limit_surface::{LimitPoint, LimitSurface, LimitSurfaceError};
 pub use model::{KindScores, Meta, Ranges, Reduced, reduce};
 pub use progress::{FitProgress, FitStage};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};
+pub use retune::{is_retuned, retuned_bed, retuned_pad};
 pub use runs::{Run, Sample, Turned, settings_hash};
 pub use score::{RunScore, Scores, score, score_run, strength};
 pub use spin_limit::{FullSlip, SpinLimit, in_full_slip};

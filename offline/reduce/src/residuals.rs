@@ -143,7 +143,8 @@ fn refusal<const M: usize, const N: usize>(data: &DataOf<M, N, f64>) -> f64 {
         Ok(()) => 0.0,
         Err(Error::NotPassive { value, limit, .. }) => {
             let excess = f64::from(value - limit) / f64::from(limit.abs()).max(1e-9);
-            (0.1 + excess).min(1.0) * NO_MODEL
+            // Far from passive as well there is a way back.
+            (0.1 + 0.9 * excess / (1.0 + excess)) * NO_MODEL
         }
         Err(_) => NO_MODEL,
     }

@@ -32,7 +32,7 @@ struct Args {
     /// Cycles of a held load
     #[arg(long, default_value_t = 1000)]
     cycles: usize,
-    /// Random closed paths on each body
+    /// Random closed paths on each body at 200 steps a leg; at 2000 steps at most 40 of them
     #[arg(long, default_value_t = 40)]
     paths: usize,
 }
@@ -207,13 +207,11 @@ fn memory(pad: &Pad<'_>, cycles: usize) -> Result<(), Failure> {
 
 /// Random closed paths in all six coordinates, the strength changing: work of the body over what goes in and out.
 fn energy(pad: &Pad<'_, f64>, paths: usize) -> Result<(), Failure> {
-    println!(
-        "\nleast work over what is exchanged, {paths} random closed paths in six coordinates, 200 and 2000 steps a leg:"
-    );
+    println!("\nleast work over what is exchanged, random closed paths in six coordinates of eight legs:");
     let axis = [0.6, 0.8];
-    for steps in [200, 2000] {
+    for (steps, paths) in [(200, paths), (2000, paths.min(40))] {
         println!(
-            "{steps:>5} steps: plane {:+.1e}, sphere of 8 mm {:+.1e}, cylinder of 10 mm {:+.1e}, edge of 2 mm {:+.1e}",
+            "{paths:>6} paths, {steps:>4} steps a leg: plane {:+.1e}, sphere of 8 mm {:+.1e}, cylinder of 10 mm {:+.1e}, edge of 2 mm {:+.1e}",
             least_work(*pad, &Plane, paths, steps)?,
             least_work(*pad, &Sphere { radius_mm: 8.0 }, paths, steps)?,
             least_work(*pad, &Cylinder { radius_mm: 10.0, axis }, paths, steps)?,

@@ -1,5 +1,5 @@
-//! Writes the scores of the present core along the stored runs into the shipped model files, whose other numbers are
-//! kept.
+//! Writes the scores of the present core along the stored runs into the shipped model files, and the bands of the pad, which are
+//! made from the runs that are not held out. All other numbers are kept.
 //!
 //! `cargo xtask model --scores` runs this if the bits of a step have changed, but no model is to be fitted.
 
@@ -48,15 +48,15 @@ fn rescore_pad(path: &Path, runs: &[Run]) -> Result<(), Failure> {
     let mut meta: PadMeta = serde_json::from_str(file.file().meta)?;
     let config = Config { mesh_preset: MeshPreset::Medium, ..Config::default() };
     let outline = config.finger()?.0.outline.ok_or("the shipped finger has a smooth surface")?;
-    let held_out: Vec<&Run> = runs
+    let (held_out, of_fit): (Vec<&Run>, Vec<&Run>) = runs
         .iter()
-        .filter(|run| run.settings_hash == meta.settings_hash && run.held_out && run.samples.len() > 3)
-        .collect();
-    meta.rescore(&PadModel::of(&pad), &held_out, &outline);
-    let text = serde_json::to_string(&meta)?;
-    let mut out = vec![0; pad.file_length(&text)];
-    pad.write_file(&text, &mut out).map_err(|e| e.to_string())?;
-    std::fs::write(path, out)?;
+        .filter(|run| run.settings_hash == meta.settings_hash && run.samples.len() > 3)
+        .partition(|run| run.held_out);
+    let mut model = PadModel::of(&pad);
+    model.set_bands(&of_fit, &outline);
+    meta.fitted_runs[1] = of_fit.len();
+    meta.rescore(&model, &held_out, &outline);
+    std::fs::write(path, model.file(&serde_json::to_string(&meta)?)?)?;
     println!("{}: {:?}", path.display(), meta.held_out);
     Ok(())
 }

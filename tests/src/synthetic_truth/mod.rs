@@ -1,10 +1,12 @@
-//! Measured sets with a hidden effect, from two simulators that share no code and no form with the diagnosis nor with each
+//! Measured sets with a hidden effect, from three simulators that share no code and no form with the diagnosis nor with each
 //! other.
 //!
 //! Main types: [`finger::Finger`] (bristles on a bulk, under a pressure that moves with depth),
 //! [`half_space_finger::HalfSpaceFinger`] (elastic half-space, elliptic contact, friction linear in pressure),
+//! [`brush_finger::BrushFinger`] (bristles that age and relax),
 //! [`effects::Effect`], [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could tell).
 
+pub mod brush_finger;
 pub mod csv;
 pub mod effects;
 pub mod fe;

@@ -3,6 +3,7 @@
 //! Main types: [`Simulator`], [`SimulatorKind`].
 
 use super::Random;
+use super::brush_finger::BrushFinger;
 use super::effects::Effect;
 use super::finger::Finger;
 use super::half_space_finger::HalfSpaceFinger;
@@ -20,6 +21,12 @@ pub trait Simulator: Send + Sync {
 
     /// The finger with one of its freedoms moved.
     fn vary(&self, freedom: usize, by: f64) -> Box<dyn Simulator>;
+
+    /// Families of laws that the finger itself follows, in the calibration too. Runs whose conditions vary show them, so that naming them is
+    /// a true statement about the finger, planted or not.
+    fn own_families(&self) -> &'static [&'static str] {
+        &[]
+    }
 }
 
 /// Which simulator makes the sets.
@@ -29,10 +36,12 @@ pub enum SimulatorKind {
     First,
     /// An elastic half-space under an elliptic contact, strength tau_0 + alpha p.
     Second,
+    /// A brush of bristles that ages, relaxes and has a weak law of speed in every file.
+    Third,
 }
 
 impl SimulatorKind {
-    /// Both.
+    /// Those of the score, whose fingers follow no law of their own.
     pub const ALL: [Self; 2] = [Self::First, Self::Second];
 
     /// A finger of a seed.
@@ -40,6 +49,7 @@ impl SimulatorKind {
         match self {
             Self::First => Box::new(Finger::random(random)),
             Self::Second => Box::new(HalfSpaceFinger::random(random)),
+            Self::Third => Box::new(BrushFinger::random(random)),
         }
     }
 }

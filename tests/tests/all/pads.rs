@@ -53,10 +53,9 @@ fn the_errors_that_the_file_states_are_found_again() {
         assert!((found.friction - stated.friction).abs() < 5e-4, "{kind:?}: {} {}", found.friction, stated.friction);
         assert!((found.normal - stated.normal).abs() < 5e-4, "{kind:?}: {} {}", found.normal, stated.normal);
     }
-    let rows: usize = meta.held_out.values().map(|s| s.runs).sum();
-    let mean = |k: usize| meta.held_out.values().map(|s| s.in_band[k] * s.runs as f64).sum::<f64>() / rows as f64;
-    for covered in [mean(0), mean(1)] {
-        assert!((0.92..0.98).contains(&covered), "{covered}");
+    for (kind, scores) in &meta.held_out {
+        let [normal, friction] = scores.in_band;
+        assert!(normal > 0.9 && friction > 0.92, "{kind}: rows within the bands {normal} {friction}");
     }
 }
 

@@ -8,7 +8,7 @@ use fingerpad::{
 };
 
 use crate::pad::PadTeller;
-use crate::told::{Request, words};
+use crate::requests::{Request, words};
 
 /// Code of a value out of range, as in `fingerpad.h`.
 pub const RANGE: u32 = 8;

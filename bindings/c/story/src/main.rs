@@ -1,16 +1,16 @@
-//! Tells a story of a contact twice: `story.txt`, one request a line, and `answers.txt`, what the core answers to each. A
-//! binding reads the first and must write the second, bit for bit. `places_*.txt` tell the same by places (`places.rs`).
+//! Writes a story of a contact twice: `story.txt`, one request a line, and `answers.txt`, the answers of the core. A
+//! binding reads the first and must write the second, bit for bit. `places_*.txt` have the same by places (`places.rs`).
 //!
 //! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. The second model is CORRECTED with tables over a voltage, which the folder
 //! gets as `charged.fpm`. Beside it lie the pad that ships, `fingertip-pad.fpm`, and one of more patches, `halved-pad.fpm`. All numbers
-//! are 32-bit words in hexadecimal; `told.rs` has the requests.
+//! are 32-bit words in hexadecimal; `requests.rs` has the requests.
 
 mod answers;
 mod charged;
 mod pad;
 mod paths;
 mod places;
-mod told;
+mod requests;
 
 use std::fs;
 use std::path::Path;

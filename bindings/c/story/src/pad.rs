@@ -4,7 +4,7 @@ use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, PadTuning, Patch, Sphe
 use fingerpad::{Error, Motion, PadModelFile};
 
 use crate::answers::{RANGE, forces};
-use crate::told::words;
+use crate::requests::words;
 
 /// Patches up to which the C library's states are the small ones, and those for which the others have room.
 const FEW: usize = 37;

@@ -3,7 +3,7 @@
 
 use fingerpad::PadModelFile;
 
-use crate::told::Request;
+use crate::requests::Request;
 
 /// Seed of the disturbances.
 pub const SEED: u32 = 20_111;

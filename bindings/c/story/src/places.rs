@@ -8,7 +8,7 @@ use fingerpad::effects::Effects;
 use fingerpad::{Contact, ModelFile, Motion, SPRINGS, SpinState, Status, Surroundings, Tuning};
 
 use crate::answers::reference;
-use crate::told::{Request, words};
+use crate::requests::{Request, words};
 
 /// Depth, slide x, slide y, angle, strength factor, first column of the user's own.
 type Place = [f64; 6];

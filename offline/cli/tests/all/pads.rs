@@ -101,6 +101,72 @@ fn what_a_pad_cannot_is_refused_by_name() {
     refused(&fingerpad(folder, &["pad", "--patches", "3", "--out", "pad.fpm"]), "from 6 to 62");
 }
 
+/// Forces of a retuned file, by the scaling of a finger that is similar: N ~ stiffness size² at a depth that grows with the size.
+#[test]
+fn another_finger_is_a_change_of_units() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let (size, stiffness) = (1.25, 2.0);
+    let words = ["--size", "1.25", "--stiffness", "2", "--lambda", "0.8", "--out"];
+    for model in [SHIPPED, BED] {
+        let retune = [&["retune", "--model", model], &words[..], &["other.fpm"]].concat();
+        let output = fingerpad(folder, &retune);
+        assert!(output.status.success(), "{}", printed(&output));
+        assert_eq!(fingerpad(folder, &retune).status.code(), Some(2), "a model is not replaced without a request");
+        let stroke = |model: &str, size: f64| -> [f64; 3] {
+            let path =
+                format!("t_s,depth_mm,slide_x_mm,slide_y_mm\n0,0,0,0\n1,{size},0,0\n3,{size},{},0\n", 4.0 * size);
+            std::fs::write(folder.join("path.csv"), path).unwrap();
+            let output =
+                fingerpad(folder, &["eval", "--model", model, "--path", "path.csv", "--out", "out.csv", "--force"]);
+            assert!(output.status.success(), "{}", printed(&output));
+            ["normal_force_n", "friction_x_n", "contact_area_mm2"].map(|name| last(folder, name))
+        };
+        let (fitted, other) = (stroke(model, 1.0), stroke("other.fpm", size));
+        let [normal, friction, area] = std::array::from_fn(|k| other[k] / fitted[k]);
+        // Steps of the path are the same number of mm for both.
+        assert!((normal / (stiffness * size * size) - 1.0).abs() < 0.01, "{normal}");
+        assert!((area / (size * size) - 1.0).abs() < 0.01, "{area}");
+        // lambda stiffness^beta size², with a beta between 0.4 and 0.6.
+        let beta = (friction / (0.8 * size * size)).ln() / stiffness.ln();
+        assert!((0.4..0.6).contains(&beta), "{beta}");
+        std::fs::remove_file(folder.join("other.fpm")).unwrap();
+    }
+    for (words, message) in [
+        (&["retune", "--size", "3", "--out", "o.fpm"][..], "size"),
+        (&["retune", "--stiffness", "0.5", "--out", "o.fpm"], "could create energy"),
+        (&["bed", "--pitch-deg", "80", "--out", "o.fpm"], "pitch of 80°: the pad's range is 10° to 70°"),
+        (&["bed", "--pad", BED, "--out", "o.fpm"], "this command takes a pad"),
+    ] {
+        let output = fingerpad(folder, words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", printed(&output));
+        assert!(printed(&output).contains(message), "{words:?}: {}", printed(&output));
+    }
+}
+
+/// A bed at a pitch of 50 degrees beside the pad that it is made from.
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn a_bed_in_another_pose_follows_its_pad() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let output = fingerpad(folder, &["bed", "--pitch-deg", "50", "--restarts", "0", "--out", "bed.fpm"]);
+    assert!(output.status.success(), "{}", printed(&output));
+    let path = "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg,pitch_deg\n0,0,0,0,0,50\n1,1.2,0,0,0,50\n\
+                2,1.2,1,0.5,0,50\n3,0.8,-1,1,5,50\n4,1.5,-1,3,5,50\n";
+    std::fs::write(folder.join("path.csv"), path).unwrap();
+    let mut found = Vec::new();
+    for model in ["bed.fpm", SHIPPED] {
+        let output =
+            fingerpad(folder, &["eval", "--model", model, "--path", "path.csv", "--out", "out.csv", "--force"]);
+        assert!(output.status.success(), "{}", printed(&output));
+        found.push(["normal_force_n", "friction_x_n", "friction_y_n"].map(|name| last(folder, name)));
+    }
+    let limit = found[1][1].hypot(found[1][2]);
+    assert!((found[0][0] / found[1][0] - 1.0).abs() < 0.06, "{found:?}");
+    assert!((1..3).all(|k| (found[0][k] - found[1][k]).abs() < 0.1 * limit), "{found:?}");
+}
+
 /// A small pad with a short fit. The program writes the file, prints its errors and refuses to replace it.
 #[test]
 fn a_pad_is_made_from_the_runs_that_ship() {

@@ -3,7 +3,7 @@
 use crate::data::suspicions::of_trace;
 use crate::data::trace_csv::{Trace, TraceRow};
 use crate::laws::LAWS;
-use crate::reduced_input::tare::{TareFit, fit_tare};
+use crate::reduced_input::tare::{LEAST_ROWS, Sliding, TARE_SD_N, TareFit, fit_tare, sliding_rows};
 use crate::reduced_input::{Plot, ReducedDiagnosis, reduced_report};
 use crate::schema::{BaselineParameter, CandidateLaw, Caution, EffectFound, FittedParameter, LawTest, Verdict};
 
@@ -19,15 +19,16 @@ pub fn diagnose_forces(trace: &Trace, alpha: f64) -> ReducedDiagnosis {
 }
 
 fn diagnose_rows(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
-    let Some(fit) = fit_tare(trace) else {
-        let report = reduced_report(Verdict::None, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
-        let sentences = vec!["Too few rows in firm contact to say anything about the tare.".into()];
-        return ReducedDiagnosis { report, sentences, plot: None };
-    };
-    let carries = fit.half_n[1].max(fit.half_n[2]) < 0.5;
+    let Some(fit) = fit_tare(trace) else { return too_few_rows(sliding_rows(trace).len()) };
+    let carries = fit.carries();
     let claimable = if fit.air.is_some() { 0..3 } else { 1..3 };
     let found = carries && fit.p < alpha && claimable.into_iter().any(|k| excludes_zero(&fit, k));
-    let verdict = if found { Verdict::Named } else { Verdict::None };
+    let verdict = match (found, carries) {
+        (true, _) => Verdict::Named,
+        (false, true) => Verdict::None,
+        // A tare and none are both possible.
+        (false, false) => Verdict::Ambiguous,
+    };
     let rms = fit.rms_n.map(|r| [0.0, r, r]);
     let rms = if verdict == Verdict::Named { rms } else { [rms[0]; 2] };
     let mut report = reduced_report(
@@ -39,10 +40,12 @@ fn diagnose_rows(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
         1,
     );
     report.noise.additive_n = fit.noise_n;
-    report.baseline.parameters = vec![
-        parameter("friction_at_1_n", "N", fit.friction[0], f64::NAN),
-        parameter("load_exponent", "", fit.friction[1], fit.exponent_sd),
-    ];
+    if fit.sliding == Sliding::Shown {
+        report.baseline.parameters = vec![
+            parameter("friction_at_1_n", "N", fit.friction[0], f64::NAN),
+            parameter("load_exponent", "", fit.friction[1], fit.exponent_sd),
+        ];
+    }
     for law in LAWS {
         let own = law.name == "tare_bias";
         report.tests.push(LawTest {
@@ -56,11 +59,38 @@ fn diagnose_rows(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {
             reason: if own { String::new() } else { "forces alone: no depth, no path of the plate".into() },
         });
     }
-    if verdict == Verdict::Named {
-        report.effects.push(tare_effect(&fit));
+    match verdict {
+        Verdict::Named => report.effects.push(tare_effect(&fit)),
+        Verdict::Ambiguous => report.effects.push(tare_or_nothing(tare_effect(&fit))),
+        _ => {}
     }
-    let sentences = sentences(&fit, verdict, carries);
+    let sentences = sentences(&fit, verdict);
     ReducedDiagnosis { report, sentences, plot: Some(ring_plot(trace, &fit)) }
+}
+
+/// What is said of a trace without a fit: a tare is as likely as before.
+fn too_few_rows(rows: usize) -> ReducedDiagnosis {
+    let mut report = reduced_report(Verdict::Ambiguous, "ring", [[0.0; 3]; 2], [0.0; 3], "none", 1);
+    let half_n = TARE_SD_N.map(|sd| NORMAL_95 * sd);
+    report.effects.push(tare_or_nothing(effect([0.0; 3], half_n, 0.0, 0.0, 1.0)));
+    let sentences = vec![format!(
+        "Too few rows in firm contact to say whether there is a tare: {rows}, where at least {LEAST_ROWS} are needed."
+    )];
+    ReducedDiagnosis { report, sentences, plot: None }
+}
+
+/// Standard deviations to the end of a 95 % interval.
+const NORMAL_95: f64 = 1.96;
+
+/// The effect beside the hypothesis that nothing is missing, where the trace cannot separate the two.
+fn tare_or_nothing(mut effect: EffectFound) -> EffectFound {
+    effect.candidates.push(CandidateLaw {
+        law: "no_effect".into(),
+        family: "no_effect".into(),
+        delta_2ll: effect.gain_2ll,
+        lambda_rival: effect.gain_2ll,
+    });
+    effect
 }
 
 /// Friction of a trace in the sensor's plane, rings of the fit around the tare.
@@ -110,6 +140,14 @@ fn parameter(name: &str, unit: &str, value: f64, sd: f64) -> BaselineParameter {
 }
 
 fn tare_effect(fit: &TareFit) -> EffectFound {
+    let friction_n = fit.friction[0] * fit.load_n[0].max(0.05).powf(fit.friction[1]);
+    effect(fit.tare_n, fit.half_n, fit.tare_n[1].hypot(fit.tare_n[2]) / friction_n, fit.gain_2ll, fit.p)
+}
+
+/// A tare with the half-widths of its 95 % intervals, N.
+///
+/// * `size`: the tangential tare as a share of the friction
+fn effect(tare_n: [f64; 3], half_n: [f64; 3], size: f64, gain_2ll: f64, p: f64) -> EffectFound {
     let names = ["normal_n", "x_n", "y_n"];
     EffectFound {
         law: "tare_bias".into(),
@@ -117,20 +155,19 @@ fn tare_effect(fit: &TareFit) -> EffectFound {
         parameters: (0..3)
             .map(|k| FittedParameter {
                 name: names[k].into(),
-                value: fit.tare_n[k],
+                value: tare_n[k],
                 unit: "N".into(),
-                ci95: [fit.tare_n[k] - fit.half_n[k], fit.tare_n[k] + fit.half_n[k]],
+                ci95: [tare_n[k] - half_n[k], tare_n[k] + half_n[k]],
             })
             .collect(),
-        size_p90_relative: fit.tare_n[1].hypot(fit.tare_n[2])
-            / (fit.friction[0] * fit.load_n[0].max(0.05).powf(fit.friction[1])),
-        gain_2ll: fit.gain_2ll,
-        p_model: fit.p,
-        p_runs: fit.p,
+        size_p90_relative: size,
+        gain_2ll,
+        p_model: p,
+        p_runs: p,
         against_calibration: false,
         outside_calibration: false,
         own: None,
-        lambda_detect: fit.gain_2ll,
+        lambda_detect: gain_2ll,
         candidates: vec![CandidateLaw {
             law: "tare_bias".into(),
             family: "tare".into(),
@@ -150,7 +187,7 @@ fn excludes_zero(fit: &TareFit, k: usize) -> bool {
     fit.tare_n[k].abs() > fit.half_n[k]
 }
 
-fn sentences(fit: &TareFit, verdict: Verdict, carries: bool) -> Vec<String> {
+fn sentences(fit: &TareFit, verdict: Verdict) -> Vec<String> {
     let value = |k: usize| format!("{:+.2} ± {:.2} N", fit.tare_n[k], fit.half_n[k]);
     let named = |k: usize| format!("{} {}", ["normal", "x", "y"][k], value(k));
     let mut out = Vec::new();
@@ -170,18 +207,28 @@ fn sentences(fit: &TareFit, verdict: Verdict, carries: bool) -> Vec<String> {
             None => format!("{} rows in firm contact", fit.rows.len()),
         };
         out.push(format!("Missing: the sensor's tare, {} (95 %), from {from}.{rest}", list(true).join(", ")));
-    } else if !carries {
-        out.push(format!("This trace carries too little to tell a tare: x {}, y {}.", value(1), value(2)));
+    } else if verdict == Verdict::Ambiguous {
+        out.push(format!("This trace shows too little to separate a tare from none: x {}, y {}.", value(1), value(2)));
     } else {
         out.push(format!("No tangential tare that these rows could show: x {}, y {}.", value(1), value(2)));
     }
-    out.push(match fit.friction_tared {
-        Some([tared, open]) => format!(
+    out.push(match (fit.sliding, fit.friction_tared) {
+        (Sliding::OneDirection, _) => {
+            "No friction coefficient: friction keeps one direction, as where a finger holds a weight, and nothing shows that it slides. Let the \
+             finger slide back and forth."
+                .into()
+        }
+        (Sliding::OffRing, _) => {
+            "No friction coefficient: the forces do not show that the finger slides, because half the rows lie more than a quarter of the radius \
+             off the ring around the tare."
+                .into()
+        }
+        (Sliding::Shown, Some([tared, open])) => format!(
             "Median friction coefficient: {:.2} as read, {tared:.2} ± {open:.2} with the whole tare taken off, the normal \
              force's included.",
             fit.friction_as_read
         ),
-        None => format!(
+        (Sliding::Shown, None) => format!(
             "Median friction coefficient: {:.2} as read; without the tare it is not given, because the tare's intervals \
              leave more than 5 % of it open.",
             fit.friction_as_read
@@ -233,6 +280,54 @@ mod tests {
         if found.report.verdict == Verdict::None {
             assert!(found.report.tests.iter().all(|t| !t.significant));
         }
+    }
+
+    /// Forces of a finger on a plate, 20 a second, as a function of the time.
+    fn made(rows: usize, force_n: impl Fn(f64) -> [f64; 3]) -> Vec<TraceRow> {
+        let row = |k: usize| {
+            let t_s = k as f64 / 20.0;
+            // A pattern of the size of the noise that has no period in common with the motion.
+            let noise = |c: usize| 0.01 * ((7.3 * t_s * (c + 3) as f64 + c as f64).sin() + (91.7 * t_s).cos());
+            let f = force_n(t_s);
+            TraceRow { t_s, force_n: [0, 1, 2].map(|c| f[c] + noise(c)) }
+        };
+        (0..rows).map(row).collect()
+    }
+
+    /// A finger that circles on the plate has a friction coefficient. One that holds a weight has none, however constant its ratio of forces
+    /// is, nor has one that is pushed about while it sticks.
+    #[test]
+    fn a_friction_coefficient_needs_a_finger_that_slides() {
+        let load = |t: f64| 1.0 + 0.4 * (0.9 * t).sin();
+        let circling = made(400, |t| [load(t), 0.6 * load(t) * (2.0 * t).cos(), 0.6 * load(t) * (2.0 * t).sin()]);
+        let holding = made(400, |t| [load(t), 0.2 * load(t), 0.13 * load(t)]);
+        let sticking =
+            made(400, |t| [load(t), 0.5 * (0.7 * t).sin() * (1.9 * t).cos(), 0.4 * (1.3 * t).sin() * (0.4 * t).cos()]);
+        for (trace, slides) in [(circling, true), (holding, false), (sticking, false)] {
+            let found = diagnose_rows(&trace, 0.01);
+            let text = found.sentences.join(" ");
+            println!("{text}");
+            assert_eq!(text.contains("Median friction coefficient: 0.6"), slides, "{text}");
+            assert_eq!(text.contains("No friction coefficient"), !slides, "{text}");
+            assert_eq!(found.report.baseline.parameters.is_empty(), !slides);
+        }
+    }
+
+    /// A trace that is too short, or does not show that the finger slides, leaves open whether there is a tare.
+    #[test]
+    fn too_little_is_not_called_none() {
+        let load = |t: f64| 1.0 + 0.4 * (0.9 * t).sin();
+        let short = made(30, |t| [load(t), 0.6 * load(t) * (2.0 * t).cos(), 0.6 * load(t) * (2.0 * t).sin()]);
+        let holding = made(400, |t| [load(t), 0.2 * load(t), 0.13 * load(t)]);
+        for (trace, word) in [(short, "Too few rows in firm contact"), (holding, "too little to separate")] {
+            let ReducedDiagnosis { report, sentences, .. } = diagnose_rows(&trace, 0.01);
+            assert_eq!(report.verdict, Verdict::Ambiguous, "{sentences:?}");
+            assert!(sentences[0].contains(word), "{sentences:?}");
+            let families: Vec<&str> = report.effects[0].candidates.iter().map(|c| c.family.as_str()).collect();
+            assert_eq!(families, ["tare", "no_effect"]);
+        }
+        let circling = made(400, |t| [load(t), 0.6 * load(t) * (2.0 * t).cos(), 0.6 * load(t) * (2.0 * t).sin()]);
+        assert_ne!(diagnose_rows(&circling, 0.01).report.verdict, Verdict::Ambiguous);
     }
 
     /// Rows before touch are the tare: friction is that of the trace with their mean taken off, or it is not given.

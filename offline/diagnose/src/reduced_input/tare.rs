@@ -23,10 +23,14 @@ type Prior = [(f64, f64); P];
 /// Sensors drift by up to 1 N, m lies between 0.5 and 1, a side may have up to twice the friction of the other.
 const PRIOR: Prior =
     [(0.0, 3.0), (0.0, 3.0), (0.0, 0.7), (0.0, 2.0), (0.8, 0.15), (0.0, 0.60), (0.0, 0.60), (0.0, 0.25), (0.0, 0.25)];
+/// Standard deviations of the tare of normal, x, y before the trace, N.
+pub const TARE_SD_N: [f64; 3] = [PRIOR[2].1, PRIOR[0].1, PRIOR[1].1];
 /// Degrees of freedom of Student's weights.
 const NU: f64 = 4.0;
 /// Rows over which residuals follow each other, s: about half a turn of a finger that explores.
 const MEMORY_S: f64 = 1.5;
+/// Half-width of the tare's interval from which on a trace shows nothing about it, N.
+const LARGEST_HALF_N: f64 = 0.5;
 /// Fewest sliding rows.
 pub const LEAST_ROWS: usize = 40;
 
@@ -53,7 +57,9 @@ pub struct TareFit {
     pub noise_n: f64,
     /// Indices of the rows that slide.
     pub rows: Vec<usize>,
-    /// Median |F|/N of the sliding rows as read.
+    /// Whether the finger slides in these rows; without that they have no friction coefficient.
+    pub sliding: Sliding,
+    /// Median |F|/N of the rows in firm contact as read.
     pub friction_as_read: f64,
     /// The same with the whole tare taken off, the normal force's included, and what the tare's intervals leave of it open;
     /// `None` where that is more than 5 % of it.
@@ -66,7 +72,56 @@ pub struct TareFit {
     pub harmonics: [f64; 4],
 }
 
+/// Evidence for sliding in a trace of forces alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sliding {
+    /// Friction turns, and stays on the ring while it does: the finger slides.
+    Shown,
+    /// Friction keeps one direction, as a held object's weight does.
+    OneDirection,
+    /// Friction lies inside the ring as often as on it, as that of a finger that sticks.
+    OffRing,
+}
+
+/// Length of the mean unit vector of friction from which on it keeps one direction.
+const ONE_DIRECTION: f64 = 0.9;
+/// Median distance from the ring, as a share of its radius, from which on friction is not that of a sliding finger.
+const OFF_RING: f64 = 0.25;
+/// Smallest radius of a ring that is told from a point, in standard deviations of the row noise.
+const LEAST_RADIUS: f64 = 5.0;
+
+impl Sliding {
+    /// Of rows with a tare taken off.
+    fn of(trace: &[TraceRow], rows: &[usize], p: &Vector, noise_n: f64) -> Self {
+        let of = |i: &usize| {
+            let f = &trace[*i].force_n;
+            let (radius, wanted) = ring(p, f);
+            let unit = [(f[1] - p[0]) / radius.max(1e-12), (f[2] - p[1]) / radius.max(1e-12)];
+            (radius, (radius / wanted - 1.0).abs(), unit)
+        };
+        let all: Vec<(f64, f64, [f64; 2])> = rows.iter().map(of).collect();
+        let mean = |k: usize| all.iter().map(|a| a.2[k]).sum::<f64>() / all.len() as f64;
+        if mean(0).hypot(mean(1)) > ONE_DIRECTION {
+            Self::OneDirection
+        } else if median(all.iter().map(|a| a.1).collect()) > OFF_RING
+            || median(all.iter().map(|a| a.0).collect()) < LEAST_RADIUS * noise_n
+        {
+            Self::OffRing
+        } else {
+            Self::Shown
+        }
+    }
+}
+
 impl TareFit {
+    /// Whether the tangential tare is known well enough to be named or denied: its intervals' half-widths lie below 0.5 N and below half the
+    /// friction at the largest load. Without rows before touch, the finger must slide as well.
+    pub fn carries(&self) -> bool {
+        let friction_n = self.friction[0] * self.load_n[1].max(0.02).powf(self.friction[1]);
+        let has_source = self.air.is_some() || self.sliding == Sliding::Shown;
+        has_source && self.half_n[1].max(self.half_n[2]) < LARGEST_HALF_N.min(0.5 * friction_n)
+    }
+
     /// Fitted friction at a load as read and a direction from the tare, N.
     pub fn radius_n(&self, load_n: f64, angle: f64) -> f64 {
         let (s, c) = angle.sin_cos();
@@ -319,6 +374,7 @@ fn fit_with(trace: &[TraceRow], air: Option<RowsInAir>) -> Option<TareFit> {
         p: p_value,
         rms_n: [rms_distance_n(trace, &rows, &without), rms_distance_n(trace, &rows, &p)],
         noise_n,
+        sliding: Sliding::of(trace, &rows, &p, noise_n),
         friction_as_read: friction_coefficient(trace, &rows, [0.0; 3]),
         friction_tared: Some(friction_tared(trace, &rows, tare_n, half_n))
             .filter(|[middle, open]| *open < OPEN * middle),
@@ -446,6 +502,9 @@ mod tests {
             let truth: [f64; 3] = std::array::from_fn(|k| trace[..5].iter().map(|r| r.force_n[k]).sum::<f64>() / 5.0);
             let fit = fit_with(&trace, None).unwrap();
             assert!(!fit.rows.iter().any(|i| *i < 5), "{name}: rows before touch were used");
+            // The friction of this finger differs by a factor from side to side, more than the ring's harmonics follow.
+            let shown = if name.starts_with("July5") { Sliding::OffRing } else { Sliding::Shown };
+            assert_eq!(fit.sliding, shown, "{name}");
             println!(
                 "{name}: truth {truth:.3?} fit {:.3?} ± {:.3?} exponent {:.2} corr {:.2} gain {:.1} rms {:.3?} mu {:.2?} {:.2?} noise {:.3}",
                 fit.tare_n,

@@ -61,6 +61,13 @@ impl CrossValidationError {
         self
     }
 
+    /// The same where no correction is made.
+    pub fn without_correction(mut self) -> Self {
+        (self.rms_after_n, self.ratio_after) = (self.rms_before_n, self.ratio_before);
+        self.refused_after_n = None;
+        self
+    }
+
     /// Takes the correction back if it does not bring the runs closer; a name may stand where its correction, fitted to
     /// few or noisy runs, does not predict better than none.
     pub fn or_refused(mut self) -> Self {

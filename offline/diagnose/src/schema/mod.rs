@@ -225,6 +225,26 @@ pub struct UnexplainedFound {
     pub partial: Vec<CandidateLaw>,
 }
 
+impl UnexplainedFound {
+    /// Where the rest lies that the laws leave on held-out runs: in the channel that is farthest above its noise floor, and between runs
+    /// where these scatter.
+    ///
+    /// * `lag`: a lag that was found beside the laws
+    pub(crate) fn locate(&mut self, held_out: &CrossValidationError, lag: Option<&EffectFound>) {
+        let ratio = |k: usize| held_out.rms_after_n[k] / held_out.floor_rms_n[k].max(1e-12);
+        self.channel = if ratio(0) > ratio(1).max(ratio(2)) { "normal" } else { "friction" }.into();
+        if self.column.is_empty() || self.scatter_ratio.normal.max(self.scatter_ratio.friction) > 2.0 {
+            self.column = "run_id".into();
+        }
+        self.partial.extend(lag.into_iter().map(|lag| CandidateLaw {
+            law: lag.law.clone(),
+            family: lag.family.clone(),
+            delta_2ll: -lag.gain_2ll,
+            lambda_rival: 0.0,
+        }));
+    }
+}
+
 /// Scatter between runs over that of the calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScatterRatio {

@@ -123,6 +123,11 @@ pub fn diagnose<E: From<DiagnoseError>>(
         }
     }
     .or_refused();
+    let claimed = verdict;
+    let verdict = bounded_by_gap(claimed, holdout.ratio_after);
+    let taken_back = verdict != claimed;
+    let holdout = if taken_back { holdout.without_correction() } else { holdout };
+    let full = if is_claimed(verdict) { full } else { null };
 
     stage("writing the report");
     let (mut effects, drivers) = if is_claimed(verdict) { effects(decision, set) } else { (Vec::new(), Vec::new()) };
@@ -133,7 +138,11 @@ pub fn diagnose<E: From<DiagnoseError>>(
     effects.iter_mut().for_each(|e| e.own = options.own.formula_of(&e.law));
     let mut disagreement = sections::disagreement(before, set_before, &options.own);
     let range = CalibratedRange::of(&calibration_set);
-    let mut unexplained = sections::unexplained(decision);
+    let mut unexplained = sections::unexplained(decision, verdict);
+    if taken_back {
+        let lag = lag_effect.map(|differing| instrument::effect(differing, (set_before, before), (set, decision)));
+        unexplained.locate(&holdout, lag.as_ref());
+    }
     range.mark(set, options.settings.laws, &mut disagreement.regions, &mut effects, &mut unexplained);
     cautions.extend(range.cautions(set));
     cautions.extend(sections::scatter_caution(decision));
@@ -192,6 +201,14 @@ pub fn diagnose<E: From<DiagnoseError>>(
     Ok((report, evidence))
 }
 
+/// Residual on runs that no fit saw, in noise floors, up to which the laws that were found count as the explanation.
+const LARGEST_GAP: f64 = 2.0;
+
+/// The verdict where the laws leave a gap on held-out runs: names that leave most of it are no explanation.
+fn bounded_by_gap(verdict: Verdict, ratio_after: f64) -> Verdict {
+    if verdict == Verdict::Named && ratio_after > LARGEST_GAP { Verdict::UnexplainedStructure } else { verdict }
+}
+
 /// What the runs of one file are that stand in another too.
 pub const IN_CALIBRATION: &str = "are calibration runs too, and a run is used once";
 const IN_FIT: &str = "were part of the fit, so that they are not held out";
@@ -214,4 +231,18 @@ fn finite(calibration: Calibration, set: &RunSet) -> Result<Calibration, Diagnos
         return Ok(calibration);
     }
     Err(DiagnoseError::Calibration { path: set.path.clone(), problem: "the likelihood is not finite".into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_do_not_stand_beside_an_open_gap() {
+        assert_eq!(bounded_by_gap(Verdict::Named, 1.9), Verdict::Named);
+        assert_eq!(bounded_by_gap(Verdict::Named, 2.1), Verdict::UnexplainedStructure);
+        for other in [Verdict::None, Verdict::Ambiguous, Verdict::UnexplainedStructure] {
+            assert_eq!(bounded_by_gap(other, 9.0), other);
+        }
+    }
 }

@@ -1,9 +1,10 @@
 //! Runs of a pad from which a bed of springs learns its form.
 //!
-//! Main function: [`runs_for_bed`]. Uses path, replay and design.
+//! Main functions: [`runs_for_bed`], [`runs_in_pose`]. Uses path, replay and design.
 
 use fingerpad::pad::{Body, Pad};
 use fingerpad_fe::experiment::RigidBodySettings;
+use fingerpad_fe::load_path::{Drive, Turn, Turns};
 
 use super::{PadModel, replay_on_plane, simulate_path_on_pad};
 use crate::{DesignSettings, ReduceError, Run, Sample, design, is_representable};
@@ -121,25 +122,67 @@ pub fn runs_for_bed(
     let of_ratios: Vec<&Run> =
         runs.iter().filter(|run| !run.held_out && run.body.is_plane() && run.pose_deg() == Some(neutral)).collect();
     let ratios = Ratios::of(&model, &of_ratios, settings.depth_mm[1]);
+    let mut made = followed(pad, None, settings, settings_hash)?;
+    for run in &mut made {
+        run.held_out = false;
+        run.samples.iter_mut().for_each(|sample| ratios.apply(sample));
+    }
+    Ok(made)
+}
+
+/// Runs of a pad along the paths of a design for a bed of springs in one pose, held-out ones among them. Their answers are the pad's own.
+///
+/// * `pose_deg`: pitch and roll of the finger, degrees
+///
+/// # Errors
+/// As [`runs_for_bed`], and [`ReduceError::Pose`] for a pose out of the pad's range.
+pub fn runs_in_pose(
+    pad: &Pad<'_>,
+    pose_deg: [f64; 2],
+    settings: &DesignSettings,
+    settings_hash: &str,
+) -> Result<Vec<Run>, ReduceError> {
+    let numbers = pad.numbers;
+    let roll = f64::from(numbers.roll_max_deg);
+    let ranges = [("pitch", numbers.pitch_range_deg.map(f64::from)), ("roll", [-roll, roll])];
+    for ((axis, range), value) in ranges.into_iter().zip(pose_deg) {
+        if !(value >= range[0] && value <= range[1]) {
+            return Err(ReduceError::Pose { axis, value, range });
+        }
+    }
+    followed(pad, Some(pose_deg), settings, settings_hash)
+}
+
+/// Runs of a pad along the paths of a design that a bed of springs represents, in a pose or in the neutral one.
+fn followed(
+    pad: &Pad<'_>,
+    pose_deg: Option<[f64; 2]>,
+    settings: &DesignSettings,
+    settings_hash: &str,
+) -> Result<Vec<Run>, ReduceError> {
     let mut made = Vec::new();
     for experiment in design(settings)? {
         let path = experiment.path;
-        let stays = path.turns.pitch.is_none() && path.turns.roll.is_none();
-        if !(experiment.kind.is_for_springs() && stays && is_representable(&path)) {
+        if !(experiment.kind.is_for_springs() && is_representable(&path)) {
             continue;
         }
-        let rows = simulate_path_on_pad(pad, &Body::Plane, &path)
+        let mut posed = path.clone();
+        if let Some(pose_deg) = pose_deg {
+            let [pitch, roll] =
+                pose_deg.map(|deg| Some(Turn { drive: Drive::Displacement, values: vec![deg; path.waypoints.len()] }));
+            posed.turns = Turns { pitch, roll, ..posed.turns };
+        }
+        let rows = simulate_path_on_pad(pad, &Body::Plane, &posed)
             .map_err(|error| ReduceError::Runs(format!("path {}: {error}", experiment.name)))?;
-        let mut samples: Vec<Sample> = rows.iter().map(|row| Sample::from(&row.response)).collect();
-        samples.iter_mut().for_each(|sample| ratios.apply(sample));
         made.push(Run {
             name: format!("pad-{}", experiment.name),
             kind: experiment.kind,
-            held_out: false,
+            held_out: experiment.held_out,
             settings_hash: settings_hash.to_owned(),
             body: RigidBodySettings::default(),
+            // A bed of springs has no path in another pose than its own.
             path,
-            samples,
+            samples: rows.iter().map(|row| Sample::from(&row.response)).collect(),
             ended_early: None,
             cpu_s: 0.0,
         });
@@ -149,7 +192,35 @@ pub fn runs_for_bed(
 
 #[cfg(test)]
 mod tests {
+    use fingerpad::pad::PadState;
+    use fingerpad::{Motion, PadModelFile};
+
     use super::*;
+    use crate::Kind;
+
+    #[test]
+    fn paths_in_a_pose_stay_in_it_and_press_as_the_pad_does() {
+        let file = PadModelFile::new(include_bytes!("../../data/models/fingertip-pad.fpm")).unwrap();
+        let pad = file.file().pad;
+        let settings = DesignSettings::default();
+        let runs = runs_in_pose(&pad, [55.0, 20.0], &settings, "hash").unwrap();
+        assert!(runs.iter().any(|run| run.held_out) && runs.iter().any(|run| !run.held_out));
+        for run in &runs {
+            assert!(run.is_representable() && run.pose_deg() == Some([55.0, 20.0]), "{}", run.name);
+        }
+        let press = runs.iter().find(|run| run.kind == Kind::Press).unwrap();
+        let deepest = press.samples.iter().max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm)).unwrap();
+        let mut state: PadState<64> = PadState::new(&pad).unwrap();
+        let mut step = |depth_mm| {
+            let motion = Motion { depth_mm, slide_increment_mm: [0.0; 2], spin_increment_rad: 0.0, dt_s: 1e-3 };
+            pad.step(&mut state, &Body::Plane, motion, [55.0, 20.0]).normal_force_n
+        };
+        let steps = 200;
+        let force = (1..=steps).map(|k| step(deepest.depth_mm * k as f32 / steps as f32)).last().unwrap();
+        assert!((force / deepest.normal_force_n - 1.0).abs() < 0.01, "{force} {deepest:?}");
+        let steep = runs_in_pose(&pad, [75.0, 0.0], &settings, "hash").unwrap_err();
+        assert_eq!(steep.to_string(), "pitch of 75°: the pad's range is 10° to 70°");
+    }
 
     #[test]
     fn ratios_are_found_where_rows_tell_them_and_held_elsewhere() {

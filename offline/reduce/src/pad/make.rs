@@ -17,8 +17,8 @@ use crate::{Kind, ReduceError, Run, Sample};
 pub struct PadSettings {
     /// Patches.
     pub size: PadSize,
-    /// Runs to fit to, shared out over the kinds of motion by their number, each of which gives at least 15 % of it; the other ones that
-    /// may be fitted to give the bands.
+    /// Runs to fit to, shared out over the kinds of motion by their number, each of which gives at least 15 % of it. All that
+    /// are not held out give the bands.
     pub runs: usize,
     /// How long the fit may take.
     pub limits: FitLimits,
@@ -44,7 +44,7 @@ pub struct PadMeta {
     pub version: String,
     /// Hash of the settings of the runs.
     pub settings_hash: String,
-    /// Runs that it was fitted to, and that gave the bands.
+    /// Runs that it was fitted to, and those that gave the bands, the former among them.
     pub fitted_runs: [usize; 2],
     /// What was fitted.
     pub tuning: Tuning,
@@ -77,13 +77,24 @@ impl MadePad {
     /// # Errors
     /// [`ReduceError::Model`] for numbers that the core refuses.
     pub fn file(&self) -> Result<Vec<u8>, ReduceError> {
-        let patches: Vec<Patch> = self.model.patches.iter().map(single_patch).collect();
-        let numbers = single_numbers(&self.model.numbers);
+        self.model.file(&serde_json::to_string(&self.meta).expect("plain numbers and text"))
+    }
+}
+
+impl PadModel {
+    /// The bytes of its model file.
+    ///
+    /// * `meta`: where it comes from, JSON
+    ///
+    /// # Errors
+    /// [`ReduceError::Model`] for numbers that the core refuses.
+    pub fn file(&self, meta: &str) -> Result<Vec<u8>, ReduceError> {
+        let patches: Vec<Patch> = self.patches.iter().map(single_patch).collect();
+        let numbers = single_numbers(&self.numbers);
         let pad = fingerpad::pad::Pad { patches: &patches, numbers: &numbers };
         pad.check()?;
-        let meta = serde_json::to_string(&self.meta).expect("plain numbers and text");
-        let mut bytes = vec![0; pad.file_length(&meta)];
-        pad.write_file(&meta, &mut bytes)?;
+        let mut bytes = vec![0; pad.file_length(meta)];
+        pad.write_file(meta, &mut bytes)?;
         Ok(bytes)
     }
 }
@@ -118,8 +129,7 @@ fn single_numbers(n: &Numbers<f64>) -> Numbers {
         band_friction: n.band_friction.each_ref().map(single),
         band_body: single(&n.band_body),
         band_deep: single(&n.band_deep),
-        band_light_n: single(&n.band_light_n),
-        band_loaded: single(&n.band_loaded),
+        band_light_n: n.band_light_n.each_ref().map(single),
         law: Law {
             softness: single(&law.softness),
             stiffening: single(&law.stiffening),
@@ -153,19 +163,14 @@ pub fn make_pad(
     let deepest =
         |runs: &[&Run]| runs.iter().flat_map(|run| &run.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let at_rest = pad(finger, outline, settings.size, deepest(&of_fit))?;
-    let (fitted, others) = shared_out(&of_fit, settings.runs);
+    let fitted = shared_out(&of_fit, settings.runs);
     let tuning = fit(&at_rest, &settings.start, &fitted, outline, settings.limits);
     let mut model = at_rest.tuned(&tuning);
-    let of_bands = if others.is_empty() { &fitted } else { &others };
-    band(&mut model, of_bands, outline);
-    // So few runs are deep or touch a curved body that the fitted ones serve as well.
-    let (curved, deep): (Vec<&Run>, Vec<&Run>) = of_fit.iter().partition(|run| !run.body.is_plane());
-    model.numbers.band_deep = added(&model, &deep, outline, |numbers| &mut numbers.band_deep);
-    model.numbers.band_body = added(&model, &curved, outline, |numbers| &mut numbers.band_body);
+    model.set_bands(&of_fit, outline);
     let mut meta = PadMeta {
         version: env!("CARGO_PKG_VERSION").into(),
         settings_hash: runs.first().map_or_else(String::new, |run| run.settings_hash.clone()),
-        fitted_runs: [fitted.len(), of_bands.len()],
+        fitted_runs: [fitted.len(), of_fit.len()],
         tuning,
         held_out: BTreeMap::new(),
     };
@@ -176,29 +181,29 @@ pub fn make_pad(
 /// Runs of every kind that a fit sees at least, where there are so many: this share of the runs that are wanted.
 const LEAST_OF_A_KIND: f64 = 0.15;
 
-/// Runs to fit to, evenly over each kind, and the others. About `most` and the least number of each kind.
-fn shared_out<'a>(runs: &[&'a Run], most: usize) -> (Vec<&'a Run>, Vec<&'a Run>) {
-    let (mut fitted, mut others) = (Vec::new(), Vec::new());
+/// Runs to fit to, evenly over each kind: about `most` and the least number of each kind.
+fn shared_out<'a>(runs: &[&'a Run], most: usize) -> Vec<&'a Run> {
+    let mut fitted = Vec::new();
     for kind in Kind::ALL {
         let own: Vec<&Run> = runs.iter().copied().filter(|run| run.kind == kind).collect();
         let share = (most * own.len()).div_ceil(runs.len().max(1));
         let count = share.max((LEAST_OF_A_KIND * most as f64).ceil() as usize).min(own.len());
-        for (k, run) in own.iter().enumerate() {
-            // True for `count` places, evenly spread.
-            let is_fitted = (k + 1) * count / own.len() > k * count / own.len();
-            if is_fitted { fitted.push(*run) } else { others.push(*run) }
-        }
+        // True for `count` places, evenly spread.
+        let is_fitted = |k: usize| (k + 1) * count / own.len() > k * count / own.len();
+        fitted.extend(own.iter().enumerate().filter(|(k, _)| is_fitted(*k)).map(|(_, run)| *run));
     }
-    (fitted, others)
+    fitted
 }
 
-/// Share of rows within a band.
-const COVERAGE: f64 = 0.96;
+/// Share of the rows of every kind of run within a band.
+const COVERAGE: f64 = 0.95;
+/// Errors of a kind of run from which on the kind has a say of its own.
+const FEW: usize = 60;
 /// Stick ratios of the three classes of rows by which a band is made, and where they part.
 const CLASSES: [f64; 3] = [0.0, 0.5, 1.0];
 const PARTS: [f64; 2] = [0.15, 0.85];
-/// Used share of the strength from which on a contact that sticks counts as loaded.
-const LOADED: f64 = 0.25;
+/// Depth from which on the core's bands grow with depth, mm.
+const DEEP_MM: f64 = 2.6;
 /// Normal force below which a contact is light, N: its errors are not in proportion to it.
 const LIGHT_N: f64 = 0.02;
 
@@ -209,9 +214,8 @@ struct Row {
     normal: f64,
     limit: f64,
     stick: f64,
-    /// Used share of the strength.
-    used: f64,
     is_away: bool,
+    kind: Kind,
 }
 
 impl Row {
@@ -220,13 +224,15 @@ impl Row {
     }
 }
 
-fn rows(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Row> {
+/// Rows of a run that are not so deep that bands grow with depth.
+fn shallow_rows(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Row> {
     let neutral = model.numbers.neutral_pitch_deg;
     let row = |(s, r): (&Sample, Response<f64>)| {
         let (normal, limit) = (r.normal_force_n, r.friction_limit_n);
-        let used = r.friction_n[0].hypot(r.friction_n[1]) / limit;
-        let row = Row { errors: off(s, &r), normal, limit, stick: r.stick_ratio, used, is_away: is_away(s, neutral) };
-        (normal > 0.0 && limit > 0.0 && s.normal_force_n > 0.0).then_some(row)
+        let (stick, is_away) = (r.stick_ratio, is_away(s, neutral));
+        let row = Row { errors: off(s, &r), normal, limit, stick, is_away, kind: run.kind };
+        let is_shallow = f64::from(s.depth_mm) < DEEP_MM;
+        (normal > 0.0 && limit > 0.0 && s.normal_force_n > 0.0 && is_shallow).then_some(row)
     };
     run.samples.iter().zip(replay(model, run, outline)).filter_map(row).collect()
 }
@@ -243,47 +249,66 @@ fn is_away(s: &Sample, neutral_pitch_deg: f64) -> bool {
     })
 }
 
-/// Sets the bands of contacts with a plane to what holds [`COVERAGE`] of the rows of each class.
-fn band(model: &mut PadModel, runs: &[&Run], outline: &Outline) {
-    let on_plane = runs.iter().filter(|run| run.body.is_plane());
-    let (light, rest): (Vec<Row>, Vec<Row>) =
-        on_plane.flat_map(|run| rows(model, run, outline)).partition(|row| row.normal < LIGHT_N && !row.is_away);
-    let least = [
-        quantile(light.iter().map(|row| row.errors[0]).collect()),
-        quantile(light.iter().flat_map(|row| [row.errors[1], row.errors[2]]).collect()),
-    ];
-    let of_normal = |row: &Row| (row.errors[0] - least[0]).max(0.0) / row.normal;
-    let of_friction = |row: &Row| [1, 2].map(|k| (row.errors[k] - least[1]).max(0.0) / row.limit);
-    let bands = [false, true].map(|away| {
-        let own: Vec<&Row> = rest.iter().filter(|row| row.is_away == away).collect();
-        let loaded = loaded(&own, &of_friction);
-        let in_class = |class: usize| own.iter().filter(move |row| row.class() == class);
-        let normal = std::array::from_fn(|class| quantile(in_class(class).map(|row| of_normal(row)).collect()));
-        let friction = std::array::from_fn(|class| {
-            let beyond = |row: &&&Row| of_friction(row).map(|e| (e - loaded * row.stick * row.used).max(0.0));
-            quantile(in_class(class).flat_map(|row| beyond(&row)).collect())
+impl PadModel {
+    /// Sets the bands to what holds [`COVERAGE`] of the rows of every kind of run.
+    ///
+    /// * `runs`: none of them held out
+    pub fn set_bands(&mut self, runs: &[&Run], outline: &Outline) {
+        let numbers = &mut self.numbers;
+        (numbers.band_body, numbers.band_deep) = ([0.0; 2], [0.0; 2]);
+        self.set_bands_on_plane(runs, outline);
+        let (curved, flat): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| !run.body.is_plane());
+        self.numbers.band_deep = added(self, &flat, outline, |numbers| &mut numbers.band_deep);
+        self.numbers.band_body = added(self, &curved, outline, |numbers| &mut numbers.band_body);
+    }
+
+    /// Those of contacts with a plane, without what depth adds.
+    fn set_bands_on_plane(&mut self, runs: &[&Run], outline: &Outline) {
+        let on_plane = runs.iter().filter(|run| run.body.is_plane());
+        let (light, rest): (Vec<Row>, Vec<Row>) =
+            on_plane.flat_map(|run| shallow_rows(self, run, outline)).partition(|row| row.normal < LIGHT_N);
+        let of_light = [false, true].map(|away| {
+            let own = || light.iter().filter(move |row| row.is_away == away);
+            // The median of friction's errors: in some rows friction of a light contact is wrong by all of it, and a width that holds
+            // them would double the bands of larger contacts.
+            [
+                widest(own(), &|row| vec![row.errors[0]]),
+                median(own().flat_map(|row| [row.errors[1], row.errors[2]]).collect()),
+            ]
         });
-        (normal, friction, loaded)
-    });
-    let [(normal, friction, loaded), away] = bands;
-    let more = |away: [f64; 3], neutral: [f64; 3]| std::array::from_fn(|k| (away[k] - neutral[k]).max(0.0));
-    let numbers = &mut model.numbers;
-    numbers.band_light_n = least;
-    numbers.band_normal = [normal, more(away.0, normal)].map(parabola);
-    numbers.band_friction = [friction, more(away.1, friction)].map(parabola);
-    numbers.band_loaded = [loaded, (away.2 - loaded).max(0.0)];
+        let least = |row: &Row, k: usize| of_light[usize::from(row.is_away)][k];
+        let of_normal = |row: &Row| vec![(row.errors[0] - least(row, 0)).max(0.0) / row.normal];
+        let of_friction = |row: &Row| [1, 2].map(|k| (row.errors[k] - least(row, 1)).max(0.0) / row.limit).to_vec();
+        let widths = |of: &dyn Fn(&Row) -> Vec<f64>| {
+            let [neutral, away] = [false, true].map(|away| {
+                std::array::from_fn(|class| {
+                    widest(rest.iter().filter(|row| row.is_away == away && row.class() == class), of)
+                })
+            });
+            beside(neutral, away).map(parabola)
+        };
+        let (band_normal, band_friction) = (widths(&of_normal), widths(&of_friction));
+        let numbers = &mut self.numbers;
+        (numbers.band_normal, numbers.band_friction) = (band_normal, band_friction);
+        let [neutral, away] = of_light;
+        numbers.band_light_n = beside(neutral, away);
+    }
 }
 
-/// What a load adds to friction's band where the contact sticks, per used share of the strength.
-fn loaded(rows: &[&Row], of_friction: &impl Fn(&Row) -> [f64; 2]) -> f64 {
-    let width = |is_loaded: bool| {
-        let is_own = |row: &&&Row| row.stick > PARTS[1] && (row.used > LOADED) == is_loaded;
-        let own: Vec<&&Row> = rows.iter().filter(is_own).collect();
-        let used = own.iter().map(|row| row.used).sum::<f64>() / own.len().max(1) as f64;
-        (quantile(own.iter().flat_map(|row| of_friction(row)).collect()), used)
-    };
-    let ((plain, little), (wide, much)) = (width(false), width(true));
-    if much > little { ((wide - plain) / (much - little)).max(0.0) } else { 0.0 }
+/// Widths in the neutral pose, and what other poses add to them.
+fn beside<const K: usize>(neutral: [f64; K], away: [f64; K]) -> [[f64; K]; 2] {
+    [neutral, std::array::from_fn(|k| (away[k] - neutral[k]).max(0.0))]
+}
+
+/// The largest width that a kind of run needs, so that none has more rows outside than another; of all rows together where every kind
+/// has few.
+fn widest<'a>(rows: impl Iterator<Item = &'a Row>, errors: &dyn Fn(&Row) -> Vec<f64>) -> f64 {
+    let mut by_kind: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for row in rows {
+        by_kind.entry(row.kind.as_str()).or_default().extend(errors(row));
+    }
+    let all = quantile(by_kind.values().flatten().copied().collect());
+    by_kind.into_values().filter(|own| own.len() >= FEW).map(quantile).fold(all, f64::max)
 }
 
 /// Over the stick ratio, through the widths of the three classes: value at 0, factors of the ratio and of its square. The middle one is
@@ -327,8 +352,16 @@ fn added(
 const NOTICED: f64 = 0.5;
 
 /// What [`COVERAGE`] of the values do not exceed; 0 of none.
-fn quantile(mut values: Vec<f64>) -> f64 {
+fn quantile(values: Vec<f64>) -> f64 {
+    ranked(values, COVERAGE)
+}
+
+fn median(values: Vec<f64>) -> f64 {
+    ranked(values, 0.5)
+}
+
+fn ranked(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    let place = (COVERAGE * values.len() as f64).ceil() as usize;
+    let place = (share * values.len() as f64).ceil() as usize;
     values.get(place.saturating_sub(1)).copied().unwrap_or(0.0)
 }

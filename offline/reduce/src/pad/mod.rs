@@ -17,7 +17,7 @@ use nalgebra::{SMatrix, Vector3};
 
 pub use bodies::body_of;
 pub use fit::{FitLimits, fit};
-pub use for_bed::runs_for_bed;
+pub use for_bed::{runs_for_bed, runs_in_pose};
 pub use make::{MadePad, PadMeta, PadSettings, make_pad};
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;

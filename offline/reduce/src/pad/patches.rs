@@ -121,8 +121,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
         band_friction: [[0.0; 3]; 2],
         band_body: [0.0; 2],
         band_deep: [0.0; 2],
-        band_light_n: [0.0; 2],
-        band_loaded: [0.0; 2],
+        band_light_n: [[0.0; 2]; 2],
         law: Tuning::default().law,
     };
     let patches = patches.into_iter().map(|p| {

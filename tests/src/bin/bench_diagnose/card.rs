@@ -114,8 +114,16 @@ pub fn card(done: &[Done], args: &Args) {
     println!(
         "\nnothing missing: false alarm {}; lone wrong name {}",
         // A lag of the measured runs alone is named rightly.
-        percent(count(&none, &|d| !matches!(d.scored.class, Class::Nothing | Class::Exact)), none.len()),
+        percent(
+            count(&none, &|d| !matches!(d.scored.class, Class::Nothing | Class::Exact | Class::OfFinger)),
+            none.len()
+        ),
         percent(count(&none, &wrong), none.len())
+    );
+    let of_finger = |d: &Done| d.scored.class == Class::OfFinger;
+    println!(
+        "nothing missing: laws named that the finger follows in all files {}",
+        percent(count(&none, &of_finger), none.len())
     );
     let with_spikes = |d: &Done| d.scored.report.cautions.iter().any(|c| c.kind == "spikes");
     let is_red = |d: &Done| {

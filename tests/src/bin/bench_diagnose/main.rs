@@ -83,7 +83,9 @@ enum Simulators {
     First,
     /// An elastic half-space under an elliptic contact, strength tau_0 + alpha p
     Second,
-    /// One after the other
+    /// A brush of bristles that ages, relaxes and has a weak law of speed in all files, those of the calibration too
+    Third,
+    /// The first and the second, one after the other
     Both,
 }
 
@@ -92,6 +94,7 @@ impl Simulators {
         match self {
             Self::First => &SimulatorKind::ALL[..1],
             Self::Second => &SimulatorKind::ALL[1..],
+            Self::Third => &[SimulatorKind::Third],
             Self::Both => &SimulatorKind::ALL,
         }
     }
@@ -189,6 +192,9 @@ fn jobs_of(simulator: SimulatorKind, args: &Args) -> Vec<Job> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args = Args::parse();
+    if args.score && args.simulator == Simulators::Third {
+        return Err("--score has sets of --simulator first, second or both; third has none".into());
+    }
     if args.score {
         return whole_score(&args);
     }

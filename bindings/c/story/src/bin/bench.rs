@@ -14,9 +14,9 @@ use fingerpad::{Forces, Model, ModelFile, Motion, Motions, Regime, SPRINGS, Stat
 #[path = "../paths.rs"]
 #[allow(dead_code)]
 mod paths;
-#[path = "../told.rs"]
+#[path = "../requests.rs"]
 #[allow(dead_code)]
-mod told;
+mod requests;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -55,12 +55,12 @@ fn main() -> Result<(), Failure> {
 }
 
 fn write_paths(folder: &Path) -> Result<(), Failure> {
-    let clean: Vec<told::Request> = (0..REPEATED).flat_map(|_| paths::clean_story()).collect();
+    let clean: Vec<requests::Request> = (0..REPEATED).flat_map(|_| paths::clean_story()).collect();
     for (name, requests) in [("clean.txt", clean), ("disturbed.txt", paths::disturbed_story())] {
         let mut text = String::new();
         for request in requests {
-            let told::Request::Step([depth_mm, x, y, spin, dt_s]) = request else { continue };
-            // What is no number is rare in use and has a path of its own through the step.
+            let requests::Request::Step([depth_mm, x, y, spin, dt_s]) = request else { continue };
+            // A motion that is not a number is rare in use and has a path of its own through the step.
             let usual = depth_mm.abs() < 5.0 && x.abs() < 1.0 && y.abs() < 1.0 && spin.abs() < 1.0 && dt_s > 0.0;
             if usual {
                 writeln!(text, "{depth_mm} {x} {y} {spin}")?;

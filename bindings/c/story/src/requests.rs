@@ -1,6 +1,6 @@
-//! The requests of a story and how a line tells them.
+//! The requests of a story and their form as a line.
 //!
-//! | line | what it asks |
+//! | line | request |
 //! |---|---|
 //! | `model K` | go on with model file K; a fresh contact without and with spin, with effects, and a watch of finger K |
 //! | `tune SIZE STIFFNESS LAMBDA TAU0` | another finger; answer: 0, or 8 where out of range |
@@ -17,7 +17,7 @@
 //! | `body KIND RADIUS AXIS ANGLE PITCH ROLL` | a fresh contact of the pad over a body (0 plane, 1 sphere, 2 cylinder, 3 edge); the same |
 //! | `pad-factor F` | strength factor of the pad's contact; the same |
 //! | `pad-step DEPTH X Y SPIN PITCH ROLL DT` | a step of the pad: a response |
-//! | `patches` | what each patch bears: nine numbers each |
+//! | `patches` | the load of each patch: nine numbers each |
 //! | `pad-save` | the pad's state as bytes, from which it is then restored |
 
 use std::fmt;
