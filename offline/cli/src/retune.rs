@@ -30,13 +30,13 @@ pub struct Args {
     #[arg(long, value_name = "MODEL.fpm")]
     model: Option<PathBuf>,
     /// Factor on all lengths, 0.5 to 2
-    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = |text: &str| factor(text, [0.5, 2.0]))]
     size: f32,
     /// Factor on the tissue's stiffness, 0.2 to 5
-    #[arg(long, value_name = "E", default_value_t = 1.0)]
+    #[arg(long, value_name = "E", default_value_t = 1.0, value_parser = |text: &str| factor(text, [0.2, 5.0]))]
     stiffness: f32,
     /// Factor on lambda of the friction law, 0.1 to 10
-    #[arg(long, value_name = "L", default_value_t = 1.0)]
+    #[arg(long, value_name = "L", default_value_t = 1.0, value_parser = |text: &str| factor(text, [0.1, 10.0]))]
     lambda: f32,
     /// Model file to write
     #[arg(long, value_name = "MODEL.fpm")]
@@ -44,6 +44,14 @@ pub struct Args {
     /// Replace a file at --out, also a model
     #[arg(long)]
     force: bool,
+}
+
+/// A factor within a range.
+fn factor(text: &str, [least, most]: [f32; 2]) -> Result<f32, String> {
+    match text.parse() {
+        Ok(factor) if factor >= least && factor <= most => Ok(factor),
+        _ => Err(format!("must be a number from {least} to {most}")),
+    }
 }
 
 /// Runs the command.

@@ -126,8 +126,10 @@ fn runs(line: &str, at: &Path) -> Result<(), String> {
 }
 
 /// Commands of the program.
-const COMMANDS: [&str; 11] =
-    ["simulate", "pad", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger", "identify", "build"];
+const COMMANDS: [&str; 13] = [
+    "simulate", "pad", "bed", "retune", "eval", "export", "mesh", "phantom", "diagnose", "reduce", "finger",
+    "identify", "build",
+];
 
 /// A line ends where the next word would not fit, or with its paragraph: no text is broken twice.
 #[test]

@@ -124,16 +124,16 @@ fn another_finger_is_a_change_of_units() {
         };
         let (fitted, other) = (stroke(model, 1.0), stroke("other.fpm", size));
         let [normal, friction, area] = std::array::from_fn(|k| other[k] / fitted[k]);
-        // Steps of the path are the same number of mm for both.
-        assert!((normal / (stiffness * size * size) - 1.0).abs() < 0.01, "{normal}");
-        assert!((area / (size * size) - 1.0).abs() < 0.01, "{area}");
+        // Friction is a smaller share of the stiffness, so that the contact is sheared less.
+        assert!((normal / (stiffness * size * size) - 1.0).abs() < 0.03, "{normal}");
+        assert!((area / (size * size) - 1.0).abs() < 0.05, "{area}");
         // lambda stiffness^beta size², with a beta between 0.4 and 0.6.
         let beta = (friction / (0.8 * size * size)).ln() / stiffness.ln();
         assert!((0.4..0.6).contains(&beta), "{beta}");
         std::fs::remove_file(folder.join("other.fpm")).unwrap();
     }
     for (words, message) in [
-        (&["retune", "--size", "3", "--out", "o.fpm"][..], "size"),
+        (&["retune", "--size", "3", "--out", "o.fpm"][..], "must be a number from 0.5 to 2"),
         (&["retune", "--stiffness", "0.5", "--out", "o.fpm"], "could create energy"),
         (&["bed", "--pitch-deg", "80", "--out", "o.fpm"], "pitch of 80°: the pad's range is 10° to 70°"),
         (&["bed", "--pad", BED, "--out", "o.fpm"], "this command takes a pad"),
