@@ -50,8 +50,8 @@ corrected.fpm as a table, so that firmware runs it as it is. docs/laws-of-your-o
 
 Measured runs are described in docs/diagnose.md. The verdict is one of none, named, ambiguous and
 unexplained_structure; report.json has all numbers, report.html the page, corrected.fpm the model with the effect,
-next_experiment.csv the strokes that would settle an ambiguous verdict. The hold-out file is opened after the verdict
-stands.
+next_experiment.csv the strokes that would settle an ambiguous verdict. The hold-out file is opened after the laws are
+chosen; a name that leaves more than two noise floors on it is withdrawn.
 
 --confirm-fe fits the finite-element finger (--shape, --config, --mesh-preset) to some calibration strokes, switches the
 named effect on inside its law and re-runs some of the held-out strokes (of the measured ones without a hold-out file);
@@ -72,7 +72,7 @@ pub struct Args {
     /// Runs to be explained (CSV); with --force-only several traces may be given
     #[arg(long, value_name = "M.csv", required_unless_present_any = ["table", "template"], num_args = 1..)]
     measured: Vec<PathBuf>,
-    /// Further runs, opened only after the verdict stands (CSV)
+    /// Further runs, opened only after the laws are chosen (CSV)
     #[arg(long, value_name = "H.csv")]
     holdout: Option<PathBuf>,
     /// Model file to start from; without it the one that ships with the program

@@ -44,7 +44,7 @@ pub struct Options {
     pub own: LawsFile,
 }
 
-/// Diagnoses a measured set. `open_holdout` is called once, after the verdict stands; `stage` names what begins.
+/// Diagnoses a measured set. `open_holdout` is called once, after the laws are chosen; `stage` names what begins.
 ///
 /// Errors: [`DiagnoseError`] for sets that cannot carry a diagnosis, and what `open_holdout` returns.
 pub fn diagnose<E: From<DiagnoseError>>(
