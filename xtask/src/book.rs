@@ -3,7 +3,7 @@
 //! mdBook renders the pages in the folders that they have in the repository, so that links between them stay as they
 //! are. A page may also link to a file that is no page (a header, a notebook, a picture); the book has a copy of it.
 //!
-//! Main functions: [`main`], [`build`], [`test`]. Uses `web` for Chromium and `install` to print commands.
+//! Main functions: [`main`], [`build`], [`test()`]. Uses `web` for Chromium and `install` to print commands.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -250,7 +250,7 @@ fn is_away(s: &Sample, neutral_pitch_deg: f64) -> bool {
 }
 
 impl PadModel {
-    /// Sets the bands to what holds [`COVERAGE`] of the rows of every kind of run.
+    /// Sets the bands to what holds 95 % of the rows of every kind of run.
     ///
     /// * `runs`: none of them held out
     pub fn set_bands(&mut self, runs: &[&Run], outline: &Outline) {
