@@ -14,7 +14,7 @@ use super::{Failure, Outputs};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad bed --pitch-deg 50 --out steep.fpm                       from the shipped pad, half a minute
+  fingerpad bed --pitch-deg 40 --out steep.fpm                       from the shipped pad, half a minute
   fingerpad bed --pad pad.fpm --pitch-deg 45 --roll-deg 15 --out rolled.fpm
 
 A bed of springs takes 300 to 700 instructions a step and has one pose of the finger on a plane. This command fits one to

@@ -144,16 +144,16 @@ fn another_finger_is_a_change_of_units() {
     }
 }
 
-/// A bed at a pitch of 50 degrees beside the pad that it is made from.
+/// A bed at a pitch of 40 degrees beside the pad that it is made from.
 #[test]
 #[ignore = "slow: `cargo xtask test --slow`"]
 fn a_bed_in_another_pose_follows_its_pad() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let output = fingerpad(folder, &["bed", "--pitch-deg", "50", "--restarts", "0", "--out", "bed.fpm"]);
+    let output = fingerpad(folder, &["bed", "--pitch-deg", "40", "--restarts", "0", "--out", "bed.fpm"]);
     assert!(output.status.success(), "{}", printed(&output));
-    let path = "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg,pitch_deg\n0,0,0,0,0,50\n1,1.2,0,0,0,50\n\
-                2,1.2,1,0.5,0,50\n3,0.8,-1,1,5,50\n4,1.5,-1,3,5,50\n";
+    let path = "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg,pitch_deg\n0,0,0,0,0,40\n1,1.2,0,0,0,40\n\
+                2,1.2,1,0.5,0,40\n3,0.8,-1,1,5,40\n4,1.5,-1,3,5,40\n";
     std::fs::write(folder.join("path.csv"), path).unwrap();
     let mut found = Vec::new();
     for model in ["bed.fpm", SHIPPED] {
