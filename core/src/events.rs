@@ -155,12 +155,12 @@ impl Watch {
 
     /// The regime of a response, with thresholds that depend on the last reported regime.
     fn classify(&self, response: &Response) -> Regime {
-        let (told, ratio, settings) = (self.regime, response.stick_ratio, &self.settings);
+        let (reported, ratio, settings) = (self.regime, response.stick_ratio, &self.settings);
         if response.regime == Regime::NoContact {
             return Regime::NoContact;
         }
-        let slides = if told == Regime::Slip { settings.partial_restick } else { settings.full_slip };
-        let slips = matches!(told, Regime::PartialSlip | Regime::Slip);
+        let slides = if reported == Regime::Slip { settings.partial_restick } else { settings.full_slip };
+        let slips = matches!(reported, Regime::PartialSlip | Regime::Slip);
         if ratio <= slides {
             Regime::Slip
         } else if ratio > settings.restick || (!slips && ratio >= settings.first_slip) {
@@ -250,14 +250,14 @@ mod tests {
         use Change::{FirstSlip, FullSlip, Restick, Touch};
         let plain = WatchSettings { looks: 1, contact_looks: 1, sure_slip: 0.0, ..WatchSettings::default() };
         let naive = WatchSettings { partial_restick: plain.full_slip, restick: 0.99, ..plain };
-        let told = |settings, noise| -> Vec<Change> {
+        let changes_of = |settings, noise| -> Vec<Change> {
             events(settings, there_and_back(noise)).into_iter().map(|(_, change)| change).collect()
         };
         let once = [Touch, FirstSlip, FullSlip, Restick, Restick];
-        assert_eq!(told(naive, 0.0), once);
-        assert_eq!(told(WatchSettings::default(), 0.0), once);
-        assert_eq!(told(WatchSettings::default(), 0.01), once);
+        assert_eq!(changes_of(naive, 0.0), once);
+        assert_eq!(changes_of(WatchSettings::default(), 0.0), once);
+        assert_eq!(changes_of(WatchSettings::default(), 0.01), once);
         // Without hysteresis and debounce the same noise causes many.
-        assert!(told(naive, 0.01).len() > 20);
+        assert!(changes_of(naive, 0.01).len() > 20);
     }
 }

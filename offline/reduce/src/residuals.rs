@@ -143,7 +143,7 @@ fn refusal<const M: usize, const N: usize>(data: &DataOf<M, N, f64>) -> f64 {
         Ok(()) => 0.0,
         Err(Error::NotPassive { value, limit, .. }) => {
             let excess = f64::from(value - limit) / f64::from(limit.abs()).max(1e-9);
-            // Far from passive as well there is a way back.
+            // The penalty grows far from passive numbers too, so that the minimiser can return.
             (0.1 + 0.9 * excess / (1.0 + excess)) * NO_MODEL
         }
         Err(_) => NO_MODEL,

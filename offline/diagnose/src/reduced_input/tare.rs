@@ -87,7 +87,7 @@ pub enum Sliding {
 const ONE_DIRECTION: f64 = 0.9;
 /// Median distance from the ring, as a share of its radius, from which on friction is not that of a sliding finger.
 const OFF_RING: f64 = 0.25;
-/// Smallest radius of a ring that is told from a point, in standard deviations of the row noise.
+/// Smallest radius at which a ring can be distinguished from a point, in standard deviations of the row noise.
 const LEAST_RADIUS: f64 = 5.0;
 
 impl Sliding {

@@ -44,7 +44,7 @@ pub struct PadMeta {
     pub version: String,
     /// Hash of the settings of the runs.
     pub settings_hash: String,
-    /// Runs that it was fitted to, and those that gave the bands, the former among them.
+    /// Number of runs that it was fitted to, and of runs that gave the bands; the latter include the former.
     pub fitted_runs: [usize; 2],
     /// What was fitted.
     pub tuning: Tuning,
@@ -197,7 +197,7 @@ fn shared_out<'a>(runs: &[&'a Run], most: usize) -> Vec<&'a Run> {
 
 /// Share of the rows of every kind of run within a band.
 const COVERAGE: f64 = 0.95;
-/// Errors of a kind of run from which on the kind has a say of its own.
+/// Number of errors from which on a kind of run counts separately.
 const FEW: usize = 60;
 /// Stick ratios of the three classes of rows by which a band is made, and where they part.
 const CLASSES: [f64; 3] = [0.0, 0.5, 1.0];
