@@ -562,14 +562,13 @@ int32_t fingerpad_model_load(fingerpad_model *model,
 int32_t fingerpad_model_unload(fingerpad_model *model);
 
 // Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)
-// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1).
+// and lambda (0.1 to 10).
 //
 // Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 int32_t fingerpad_model_tune(fingerpad_model *model,
                              float size,
                              float stiffness,
-                             float lambda,
-                             float tau0_mpa);
+                             float lambda);
 
 // What a model file says of itself.
 int32_t fingerpad_model_describe(const fingerpad_model *model, fingerpad_model_info *info);

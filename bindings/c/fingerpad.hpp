@@ -165,10 +165,10 @@ public:
         return detail::result(code, bed);
     }
 
-    /* Another finger: factors on size (0.5 to 2), stiffness (0.2 to 5) and lambda (0.1 to 10); tau_0 in MPa (0 to 0.1). */
-    Code tune(float size, float stiffness, float lambda, float tau0_mpa) noexcept
+    /* Another finger: factors on size (0.5 to 2), stiffness (0.2 to 5) and lambda (0.1 to 10). */
+    Code tune(float size, float stiffness, float lambda) noexcept
     {
-        return static_cast<Code>(fingerpad_model_tune(&model_, size, stiffness, lambda, tau0_mpa));
+        return static_cast<Code>(fingerpad_model_tune(&model_, size, stiffness, lambda));
     }
 
     Result<BedInfo> info() const noexcept

@@ -18,7 +18,7 @@ enum {
     DEPTH_MM = 1, SLIDE_X_MM, SLIDE_Y_MM, SPIN_RAD, STRENGTH_FACTOR,
     HYDRATION_AU = 8, TEMPERATURE_C, FINGER_WIDTH_MM, SERIES_S,
     OWN = 12, INPUTS_END = 16, /* columns of the user's own */
-    SIZE = 21, STIFFNESS, LAMBDA, TAU0_MPA, PARAMETERS_END,
+    SIZE = 21, STIFFNESS, LAMBDA, PARAMETERS_END,
     NORMAL_FORCE_N = 41, FRICTION_X_N, FRICTION_Y_N, SPIN_MOMENT_N_MM, STICK_RATIO, FRICTION_LIMIT_N, SLIP_MARGIN,
     PRESSURE_CENTRE_X_MM, PRESSURE_CENTRE_Y_MM, CONTACT_AREA_MM2, BAND_NORMAL_N, BAND_FRICTION_N, OUTPUTS_END,
     REGIME = 61, STATUS, SUBSTEPS
@@ -41,7 +41,6 @@ static const limits TUNING[] = {
     {SIZE, "size", 0.5f, 2.0f},
     {STIFFNESS, "stiffness", 0.2f, 5.0f},
     {LAMBDA, "lambda", 0.1f, 10.0f},
-    {TAU0_MPA, "tau0_mpa", 0.0f, 0.1f},
 };
 static const limits STRENGTH = {STRENGTH_FACTOR, "strength_factor", 0.1f, 5.0f};
 
@@ -233,10 +232,10 @@ static fmi3Status tune(unit *u)
     if (refused > 0) {
         return fmi3Error;
     }
-    code = fingerpad_model_tune(&u->model, (float)n[SIZE], (float)n[STIFFNESS], (float)n[LAMBDA], (float)n[TAU0_MPA]);
+    code = fingerpad_model_tune(&u->model, (float)n[SIZE], (float)n[STIFFNESS], (float)n[LAMBDA]);
     if (code != FINGERPAD_OK) {
-        return say(u, fmi3Error, "size %g, stiffness %g, lambda %g, tau0_mpa %g: %s", n[SIZE], n[STIFFNESS], n[LAMBDA],
-                   n[TAU0_MPA], fingerpad_error_text(code));
+        return say(u, fmi3Error, "size %g, stiffness %g, lambda %g: %s", n[SIZE], n[STIFFNESS], n[LAMBDA],
+                   fingerpad_error_text(code));
     }
     return fmi3OK;
 }

@@ -6,7 +6,7 @@
 //! tenth less friction than the model, and the grip shakes by 5 um.
 
 use fingerpad::events::{Change, Watch};
-use fingerpad::{Drive, Model, Motion, Normal, Params, State, Tangential, Tuned, Tuning, step};
+use fingerpad::{Drive, Model, Motion, Normal, Params, State, Tangential, Tuning, step};
 
 const DT_S: f32 = 1e-3;
 /// Margin that the grip is to leave beyond the model's band, and the one below which it grows.
@@ -55,7 +55,7 @@ struct Outcome {
 }
 
 /// Four seconds: the weight grows from the second on; `controlled` or with the first grip left as it is.
-fn hold(model: &Model<'_>, finger: &Tuned<'_>, controlled: bool) -> Outcome {
+fn hold(model: &Model<'_>, finger: &Model<'_>, controlled: bool) -> Outcome {
     let first = model.least_grip([0.1, 0.0], MARGIN, 1.0).depth_mm;
     let mut gripper =
         Controller { model: *model, state: State::default(), watch: Watch::new(0), wanted_mm: first, slips: 0 };

@@ -2,11 +2,6 @@
 //!
 //! Main types: [`Motions`], [`Forces`]. Uses step.
 
-#[cfg(all(feature = "lanes", target_feature = "avx"))]
-use crate::lanes::LaneBatch;
-use crate::rescaling::SimdScaling;
-#[cfg(all(feature = "lanes", target_feature = "avx"))]
-use crate::step::begin;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
 /// Motions of many contacts, one element per contact in each slice; see [`Motion`].
@@ -97,9 +92,9 @@ impl Forces<'_> {
     }
 }
 
-impl<const M: usize, const N: usize, S: SimdScaling> ModelOf<'_, M, N, S> {
-    /// Advances many contacts by one step each: the same bits as [`crate::step()`] one by one. With feature `lanes`, in a
-    /// build for processors with AVX, eight contacts move at once in vector registers. To use several cores, divide the slices.
+impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
+    /// Advances many contacts by one step each: the same bits as [`crate::step()`] one by one. To use several cores, divide
+    /// the slices.
     ///
     /// # Errors
     /// [`BatchLength`], before any contact moves.
@@ -128,18 +123,6 @@ impl<const M: usize, const N: usize, S: SimdScaling> ModelOf<'_, M, N, S> {
         if let Some(&found) = lengths.iter().find(|&&length| length != expected) {
             return Err(BatchLength { expected, found });
         }
-        #[cfg(all(feature = "lanes", target_feature = "avx"))]
-        {
-            let mut together = LaneBatch::new(self);
-            for i in 0..states.len() {
-                match begin(self, &mut states[i], motions.of(i)) {
-                    Ok(input) => together.push(i, input, states, forces),
-                    Err(in_the_air) => forces.set(i, &in_the_air),
-                }
-            }
-            together.end_each(states, forces);
-        }
-        #[cfg(not(all(feature = "lanes", target_feature = "avx")))]
         for (i, state) in states.iter_mut().enumerate() {
             forces.set(i, &self.step(state, motions.of(i)));
         }

@@ -39,9 +39,7 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     ///
     /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q, a rise at
     /// the displacement before the change, a fall at the one that the smaller limit leaves. A change of tuning or stiffness at
-    /// a given displacement does the work of the new energy less the old one; who makes it pays. A shear strength at zero
-    /// pressure ([`crate::Tuning::tau0_mpa`]) lets q change with depth, which N contains, but bends the energy over depth more than
-    /// is required here: up to about 1e-4 of what goes back and forth.
+    /// a given displacement does the work of the new energy less the old one; who makes it pays.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let last = T::of((N - 1) as f32);

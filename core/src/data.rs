@@ -1,12 +1,12 @@
 //! The numbers of a model as a step reads them.
 //!
-//! Main types: [`DataOf`] (in flash), [`Spring`], [`ModelOf`] (ready to step). Uses table and rescaling.
+//! Main types: [`DataOf`] (in flash), [`Spring`], [`ModelOf`] (ready to step). Uses table and tuning.
 
 use bytemuck::{AnyBitPattern, Zeroable};
 
-use crate::math::{Arithmetic, Scalar};
-use crate::rescaling::{Fitted, Scaled, Scaling};
+use crate::math::Scalar;
 use crate::table::Row;
+use crate::tuning::Units;
 use crate::{Motion, Response, StateOf, step};
 
 /// Springs of the default model.
@@ -16,8 +16,6 @@ pub const NODES: usize = 37;
 
 /// The default model; see [`ModelOf`].
 pub type Model<'a> = ModelOf<'a, SPRINGS, NODES>;
-/// The default model retuned to another finger; see [`ModelOf::tuned`].
-pub type Tuned<'a> = ModelOf<'a, SPRINGS, NODES, Scaled>;
 /// The numbers of the default model; see [`DataOf`].
 pub type Data = DataOf<SPRINGS, NODES>;
 
@@ -87,15 +85,15 @@ unsafe impl<const M: usize, const N: usize> Zeroable for DataOf<M, N, f32> {}
 #[allow(unsafe_code)]
 unsafe impl<const M: usize, const N: usize> AnyBitPattern for DataOf<M, N, f32> {}
 
-/// A model ready to step: the numbers in flash and, once [`ModelOf::tuned`], the factors for another finger.
+/// A model ready to step: the numbers in flash, and the units of the finger; see [`ModelOf::tuned`].
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ModelOf<'a, const M: usize, const N: usize, S = Fitted, T = f32> {
+pub struct ModelOf<'a, const M: usize, const N: usize, T = f32> {
     pub(crate) data: &'a DataOf<M, N, T>,
-    pub(crate) scale: S,
+    pub(crate) units: Units<T>,
 }
 
-impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M, N, S, T> {
+impl<'a, const M: usize, const N: usize, T: Scalar> ModelOf<'a, M, N, T> {
     /// The numbers the model reads.
     pub fn data(&self) -> &'a DataOf<M, N, T> {
         self.data
@@ -103,14 +101,14 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
 
     /// Largest depth for which the model was fitted, mm.
     pub fn depth_max_mm(&self) -> T {
-        self.scale.length(self.data.depth_max)
+        self.data.depth_max * self.units.length
     }
 
     /// Where friction in full slip acts at a depth, mm along x and y from the point under first touch. The moment about this
     /// point is the one that the slip margin counts beside friction: [`Response::spin_moment_n_mm`] less x F_y − y F_x.
     pub fn friction_centre_mm(&self, depth_mm: T) -> [T; 2] {
-        let (row, t, _) = self.cell(depth_mm);
-        [self.scale.length(row.friction_centre.at(t)), T::of(0.0)]
+        let (row, t) = self.cell(depth_mm);
+        [row.friction_centre.at(t) * self.units.length, T::of(0.0)]
     }
 
     /// [`step()`] as a method.
@@ -119,37 +117,23 @@ impl<'a, const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'a, M
         step(self, state, motion)
     }
 
-    /// The row of the tables at `depth`, the place within the cell (its end beyond the last node), and cells per mm.
-    pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T, T) {
-        let per_mm = self.scale.per_mm(self.data.cells_per_mm);
-        let x = depth * per_mm;
+    /// Cells of the tables per mm of depth.
+    #[inline(always)]
+    pub(crate) fn cells_per_mm(&self) -> T {
+        self.data.cells_per_mm * self.units.per_length
+    }
+
+    /// The row of the tables at `depth`, and the place within the cell (its end beyond the last node).
+    pub(crate) fn cell(&self, depth: T) -> (&'a Row<M, T>, T) {
+        let x = depth * self.cells_per_mm();
         let index = x.index().min(N - 2);
-        (&self.data.rows[index], (x - T::of(index as f32)).at_most(T::of(1.0)), per_mm)
-    }
-}
-
-impl<T: Arithmetic> Spring<T> {
-    /// Place of the pair's middle along x, mm.
-    #[inline(always)]
-    pub(crate) fn centre<S: Scaling<T>>(&self, scale: &S) -> T {
-        scale.length(self.centre_mm)
-    }
-
-    /// From there to one of the pair, mm; the other is opposite.
-    #[inline(always)]
-    pub(crate) fn arm<S: Scaling<T>>(&self, scale: &S) -> [T; 2] {
-        self.arm_mm.map(|mm| scale.length(mm))
+        (&self.data.rows[index], (x - T::of(index as f32)).at_most(T::of(1.0)))
     }
 }
 
 impl<const M: usize, const N: usize> DataOf<M, N> {
-    /// The same numbers in another scalar: `f64` for the twin, [`crate::Dual`] for derivatives.
+    /// The same numbers in another scalar: `f64` for the twin.
     pub fn cast<U: Scalar>(&self) -> DataOf<M, N, U> {
-        self.with_rows(self.rows.each_ref().map(Row::cast))
-    }
-
-    /// The same numbers in other arithmetic, with other rows.
-    pub(crate) fn with_rows<U: Arithmetic, const K: usize>(&self, rows: [Row<M, U>; K]) -> DataOf<M, K, U> {
         let of = U::of;
         DataOf {
             depth_max: of(self.depth_max),
@@ -170,20 +154,20 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
                 centre_mm: of(s.centre_mm),
                 arm_mm: s.arm_mm.map(of),
             }),
-            rows,
+            rows: self.rows.each_ref().map(Row::cast),
         }
     }
 }
 
 impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// A model on these numbers as they are; see [`crate::ParamsOf::build_unchecked`].
-    pub fn model_unchecked(&self) -> ModelOf<'_, M, N, Fitted, T> {
-        ModelOf { data: self, scale: Fitted }
+    pub fn model_unchecked(&self) -> ModelOf<'_, M, N, T> {
+        ModelOf { data: self, units: Units::fitted() }
     }
 
     /// A model on these numbers, after [`DataOf::check`].
-    pub fn model(&self) -> Result<ModelOf<'_, M, N, Fitted, T>, crate::Error> {
+    pub fn model(&self) -> Result<ModelOf<'_, M, N, T>, crate::Error> {
         self.check()?;
-        Ok(ModelOf { data: self, scale: Fitted })
+        Ok(ModelOf { data: self, units: Units::fitted() })
     }
 }

@@ -2,7 +2,6 @@
 //!
 //! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
-use crate::rescaling::Scaling;
 use crate::step::step;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
@@ -86,7 +85,7 @@ impl Search {
     }
 }
 
-impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
+impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// Advances a contact by one step driven by displacement or force in each direction.
     ///
     /// Tries standing still first and stays there if the forces fit within 4e-6 of the target (or of the limit), so

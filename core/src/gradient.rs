@@ -2,10 +2,8 @@
 //!
 //! Main type: [`Gradient`]. Uses data, state.
 
-use crate::at_depth::growth;
 use crate::math::Scalar;
 use crate::plane::spring_positions;
-use crate::rescaling::Scaling;
 use crate::spring::{DIV_EPS, QuadraticStiffness, SLACK_MM, Sums};
 use crate::{ModelOf, StateOf};
 
@@ -23,33 +21,29 @@ pub struct Gradient<T = f32> {
 /// Share by which the square of a displacement may fall short of its limit's where the spring counts as on its limit.
 const ON_LIMIT: f32 = 1.0 / (1 << 13) as f32;
 
-impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N, S, T> {
+impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
     /// The gradient at `state` for a motion that goes on in `direction` (depth, slide x, slide y; any length).
     ///
     /// One-sided where the law has kinks: springs on their limit slip if `direction` loads them further. With a direction
     /// of zeros all springs stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
     /// With spin: at a fixed angle.
     pub fn gradient<const P: usize>(&self, state: &StateOf<M, P, T>, direction: [T; 3]) -> Gradient<T> {
-        let (data, scale) = (self.data, &self.scale);
+        let (data, units) = (self.data, &self.units);
         let (zero, one, two) = (T::of(0.0), T::of(1.0), T::of(2.0));
         if !state.in_contact() {
             return Gradient::default();
         }
         let direction = direction.map(|d| if d.is_number() { d } else { zero });
-        let (row, t, per_mm) = self.cell(state.depth);
+        let (row, t) = self.cell(state.depth);
+        let per_mm = data.cells_per_mm;
         let stiffness = [&row.stiffness_x, &row.stiffness_y];
-        let stiffnesses = |of: [T; 2]| of.map(|k| scale.stiffness(k));
-        let [kx, ky] = stiffnesses(stiffness.map(|k| k.at(t)));
-        let [dkx, dky] = stiffnesses(stiffness.map(|k| k.slope_at(t) * per_mm));
-        let [ddkx, ddky] = stiffnesses(stiffness.map(|k| two * k.bend * per_mm * per_mm));
-        let press = row.press_slide.slope_at(t) * data.cells_per_mm;
-        let dpress = two * row.press_slide.bend * data.cells_per_mm * per_mm;
-        let press_slide = scale.length(row.press_slide.at(t));
-        let plain = row.limit.at(t);
-        let strength = scale.limit(plain, scale.area(row.area.at(t)));
-        let radius_factor = scale.radius(plain, strength) * state.strength_factor;
-        let growth = if S::RESCALED { growth(row, t, per_mm, scale) } else { zero };
-        let dradius_factor = radius_factor * growth;
+        let [kx, ky] = stiffness.map(|k| k.at(t));
+        let [dkx, dky] = stiffness.map(|k| k.slope_at(t) * per_mm);
+        let [ddkx, ddky] = stiffness.map(|k| two * k.bend * per_mm * per_mm);
+        let press = row.press_slide.slope_at(t) * per_mm;
+        let dpress = two * row.press_slide.bend * per_mm * per_mm;
+        let press_slide = row.press_slide.at(t);
+        let radius_factor = units.strength * state.strength_factor;
         let (shift, dshift) = (row.yield_shift.at(t), row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
@@ -60,15 +54,15 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
         let mut sums = Sums::new();
-        let (mut force_rate, mut energy_rate, mut odd_rate) = ([[zero; 3]; 2], [[zero; 3]; 2], [zero; 3]);
+        let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let radius = line.at(t) * radius_factor;
-            let dradius = line.change * per_mm * radius_factor + line.at(t) * dradius_factor;
+            let dradius = line.change * per_mm * radius_factor;
             // A spring that does not touch follows without force.
             if !(radius > zero) {
                 continue;
             }
-            for (anchor, [x, y]) in pair.iter().zip(spring_positions::<P, T, S>(here, spring, scale)) {
+            for (anchor, [x, y]) in pair.iter().zip(spring_positions::<P, T>(here, spring)) {
                 let (ux, uy) = (x - anchor[0], y - anchor[1]);
                 let (vx, vy) = (ux - shift * radius, uy * anisotropy);
                 let mut rate = [[press, one, zero], [zero, zero, one]];
@@ -100,26 +94,23 @@ impl<const M: usize, const N: usize, T: Scalar, S: Scaling<T>> ModelOf<'_, M, N,
                     force_rate[1][i] += weight * rate[1][i];
                     energy_rate[0][i] += weight * along * rate[0][i];
                     energy_rate[1][i] += weight * uy * rate[1][i];
-                    odd_rate[i] -= weight * ux * ux * rate[0][i];
                 }
             }
         }
         let (force, energy) = (sums.force(&odd), sums.energy(&odd));
-        let dodd = -(odd.0 * growth);
-        let [odd_force, odd_energy] = sums.odd_rates();
-        force_rate[0][0] += dodd * odd_force;
-        energy_rate[0][0] += dodd * odd_energy;
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
-        let mut normal: [T; 3] = core::array::from_fn(|i| {
-            press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i] + kx * dodd * odd_rate[i]
-        });
-        normal[0] +=
-            scale.normal(row.normal.change * per_mm) + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
+        let mut normal: [T; 3] =
+            core::array::from_fn(|i| press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
+        normal[0] += row.normal.change * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         if state.depth >= self.depth_max_mm() {
             (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
         }
-        Gradient { normal_n_mm: normal, friction_n_mm: friction }
+        let stiffness = units.force * units.per_length;
+        Gradient {
+            normal_n_mm: normal.map(|k| k * stiffness),
+            friction_n_mm: friction.map(|row| row.map(|k| k * stiffness)),
+        }
     }
 }

@@ -3,7 +3,6 @@
 //! Main type: [`Grip`]. Uses data, yield_surface.
 
 use crate::math::sqrt;
-use crate::rescaling::Scaling;
 use crate::step::share_of_limit;
 use crate::{ModelOf, Status};
 
@@ -21,32 +20,34 @@ pub struct Grip {
     pub status: Status,
 }
 
-impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
+impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// Normal force without shear at `depth`, N.
     pub(crate) fn normal_at(&self, depth: f32) -> f32 {
-        let (row, t, _) = self.cell(depth);
-        self.scale.normal(row.normal.at(t))
+        let (row, t) = self.cell(depth);
+        row.normal.at(t) * self.units.force
     }
 
     /// Friction in full slip along x at `depth`, the geometric mean of both directions, at a strength factor of 1, N.
     pub(crate) fn limit_at(&self, depth: f32) -> f32 {
-        let (row, t, _) = self.cell(depth);
-        self.scale.limit(row.limit.at(t), self.scale.area(row.area.at(t)))
+        let (row, t) = self.cell(depth);
+        row.limit.at(t) * (self.units.strength * self.units.force)
     }
 
     /// Stiffness along x while everything sticks at `depth`, N/mm.
     pub(crate) fn stiffness_at(&self, depth: f32) -> f32 {
-        let (row, t, _) = self.cell(depth);
-        self.scale.stiffness(row.stiffness_x.at(t))
+        let (row, t) = self.cell(depth);
+        row.stiffness_x.at(t) * self.stiffness_unit()
+    }
+
+    /// Stiffness over that of the fitted finger.
+    pub(crate) fn stiffness_unit(&self) -> f32 {
+        self.units.force * self.units.per_length
     }
 
     /// The depth at which the normal force without shear is `force`, mm; at most that of the last node.
     pub(crate) fn depth_for_normal(&self, force: f32) -> f32 {
-        let cell_mm = 1.0 / self.scale.per_mm(self.data.cells_per_mm);
-        let normal = |index: usize, t: f32| {
-            let line = &self.data.rows[index.min(N - 1)].normal;
-            self.scale.normal(line.value + line.change * t)
-        };
+        let cell_mm = 1.0 / self.cells_per_mm();
+        let normal = |index: usize, t: f32| self.data.rows[index.min(N - 1)].normal.at(t) * self.units.force;
         let (mut low, mut high) = (0, N - 1);
         while high - low > 1 {
             let middle = (low + high) / 2;
@@ -70,7 +71,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
     /// * `margin`: share of the limit kept in reserve, 0 to 0.95 (moved into that range)
     /// * `strength_factor`: as in [`crate::StateOf::set_strength_factor`]
     ///
-    /// By bisection to 1 part in 2^24 of the depth range, rounded up. Costs about 1130 instructions.
+    /// By bisection to 1 part in 2^24 of the depth range, rounded up. Costs about 1180 instructions.
     pub fn least_grip(&self, load_n: [f32; 2], margin: f32, strength_factor: f32) -> Grip {
         let [x, y] = load_n;
         let load = sqrt(x * x + y * y);
@@ -84,7 +85,7 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
         let band = self.data.band_friction[0];
         let factor = strength_factor.clamp(0.1, 5.0);
         let strength = |depth: f32| {
-            let (row, t, _) = self.cell(depth);
+            let (row, t) = self.cell(depth);
             self.limit_at(depth) * factor / share_of_limit(row, t, [x / load, y / load])
         };
         let holds = |depth: f32| strength(depth) - band * self.limit_at(depth) * factor >= need;
@@ -107,19 +108,19 @@ impl<const M: usize, const N: usize, S: Scaling<f32>> ModelOf<'_, M, N, S> {
 
     /// Depth and normal force under friction `load_n` that came without turning back and uses `share` of the limit.
     fn grip_at(&self, depth: f32, load_n: [f32; 2], share: f32) -> Grip {
-        let (row, t, per_mm) = self.cell(depth);
+        let (row, t) = self.cell(depth);
         // Energy of the springs over what one that only sticks would hold: near full slip the first have slipped for long.
         let grown = 0.5 + 0.25 * share * share;
         let stiffness = [&row.stiffness_x, &row.stiffness_y];
-        let now = stiffness.map(|k| self.scale.stiffness(k.at(t)));
-        let slope = stiffness.map(|k| self.scale.stiffness(k.slope_at(t) * per_mm));
+        let now = stiffness.map(|k| k.at(t) * self.stiffness_unit());
+        let slope = stiffness.map(|k| k.slope_at(t) * self.cells_per_mm() * self.stiffness_unit());
         let sheared = |axis: usize| {
             let displacement = load_n[axis] / now[axis];
             slope[axis] * grown * displacement * displacement
         };
         let press = row.press_slide.slope_at(t) * self.data.cells_per_mm * load_n[0];
         let shear = sheared(0) + sheared(1);
-        let normal = self.scale.normal(row.normal.at(t)) + press + shear;
+        let normal = row.normal.at(t) * self.units.force + press + shear;
         Grip { depth_mm: depth, normal_force_n: normal.max(0.0), status: Status::OK }
     }
 }

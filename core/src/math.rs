@@ -34,11 +34,16 @@ pub(crate) mod sealed {
     impl Sealed for f64 {}
 }
 
-/// Number type of the formulas of a step: one number, or the numbers of several contacts side by side. Sealed.
-pub trait Arithmetic:
+/// The numbers that a step computes with: `f32` on the target, `f64` as its twin. Sealed.
+///
+/// One source serves both, so that the twin cannot drift away from what runs on the target.
+pub trait Scalar:
     sealed::Sealed
     + Copy
     + core::fmt::Debug
+    + Default
+    + PartialEq
+    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -56,17 +61,6 @@ pub trait Arithmetic:
     fn magnitude(self) -> Self;
     /// It, or 0 if it is negative.
     fn not_negative(self) -> Self;
-    /// The lesser of two.
-    fn at_most(self, most: Self) -> Self;
-    /// Gives `places` new numbers where it is above 0.
-    fn where_positive<const K: usize>(self, places: [&mut Self; K], to: impl FnOnce() -> [Self; K]);
-}
-
-/// The numbers that a step computes with: `f32` on the target, `f64` as its twin, and [`crate::Dual`] for derivatives.
-/// Sealed.
-///
-/// One source serves all of them, so that the twin cannot drift away from what runs on the target.
-pub trait Scalar: Arithmetic + Default + PartialEq + PartialOrd {
     /// The nearest number of single precision.
     fn to_f32(self) -> f32;
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
@@ -79,6 +73,12 @@ pub trait Scalar: Arithmetic + Default + PartialEq + PartialOrd {
     fn power(self, exponent: Self) -> Self;
     /// `yes` or `no`, without a branch where the machine can.
     fn select(condition: bool, yes: Self, no: Self) -> Self;
+
+    /// The lesser of two.
+    #[inline(always)]
+    fn at_most(self, most: Self) -> Self {
+        if self > most { most } else { self }
+    }
 
     /// Whether it is a number.
     #[inline(always)]
@@ -174,27 +174,7 @@ impl Elementary for f64 {
     }
 }
 
-/// What is the same for every single number of [`Arithmetic`].
-macro_rules! of_one_number {
-    () => {
-        #[inline(always)]
-        fn at_most(self, most: Self) -> Self {
-            if self > most { most } else { self }
-        }
-        #[inline(always)]
-        fn where_positive<const K: usize>(self, places: [&mut Self; K], to: impl FnOnce() -> [Self; K]) {
-            if self > <Self as Arithmetic>::of(0.0) {
-                for (place, to) in places.into_iter().zip(to()) {
-                    *place = to;
-                }
-            }
-        }
-    };
-}
-pub(crate) use of_one_number;
-
-impl Arithmetic for f32 {
-    of_one_number!();
+impl Scalar for f32 {
     #[inline(always)]
     fn of(constant: f32) -> Self {
         constant
@@ -211,9 +191,6 @@ impl Arithmetic for f32 {
     fn not_negative(self) -> Self {
         f32::from_bits((self.to_bits() as i32).max(0) as u32)
     }
-}
-
-impl Scalar for f32 {
     #[inline(always)]
     fn to_f32(self) -> f32 {
         self
@@ -239,8 +216,7 @@ impl Scalar for f32 {
     }
 }
 
-impl Arithmetic for f64 {
-    of_one_number!();
+impl Scalar for f64 {
     fn of(constant: f32) -> Self {
         constant.into()
     }
@@ -253,9 +229,6 @@ impl Arithmetic for f64 {
     fn not_negative(self) -> Self {
         if self < 0.0 { 0.0 } else { self }
     }
-}
-
-impl Scalar for f64 {
     fn to_f32(self) -> f32 {
         self as f32
     }

@@ -5,12 +5,11 @@
 use core::array::from_fn;
 
 use crate::data::Spring;
-use crate::math::{Arithmetic, Scalar, add};
-use crate::rescaling::Scaling;
+use crate::math::{Scalar, add};
 use crate::step::rare;
 use crate::{DataOf, ModelOf, Motion, StateOf, Status};
 
-/// Longest slide in one step, mm, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
+/// Longest slide in one step, mm of the fitted finger, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;
 const SPIN_MAX_RAD: f32 = 8.0;
 
@@ -18,8 +17,8 @@ const SPIN_MAX_RAD: f32 = 8.0;
 ///
 /// An increment that is not a number or too large leads far away as well, so one check of the position of the plane finds all of them.
 #[inline(always)]
-pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    model: &ModelOf<'_, M, N, S, T>,
+pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar>(
+    model: &ModelOf<'_, M, N, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
     press_slide: T,
@@ -28,7 +27,8 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     let is_far = |place: &Place<T>| {
         place.position[0][0].needs_rebase(place.position[0][1]) | (P > 1 && place.angle[0].needs_rebase(T::of(0.0)))
     };
-    let ([x, y], spin) = (motion.slide_increment_mm, motion.spin_increment_rad);
+    let [x, y] = motion.slide_increment_mm.map(|slide| slide * model.units.per_length);
+    let spin = motion.spin_increment_rad;
     let mut place = Place::moved::<M, P>(state, [x, y], spin);
     let mut far = is_far(&place);
     if far | (P == 1 && spin != T::of(0.0)) {
@@ -42,7 +42,7 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     }
     (state.position, state.angle) = (place.position, place.angle);
     if far {
-        move_origin(state, press_slide, model.data, &model.scale);
+        move_origin(state, press_slide, model.data);
     }
 }
 
@@ -100,16 +100,15 @@ fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, statu
 /// Moves the state's origin to the position of the plane, and its angle to 0. Displacements keep their bits, because the new
 /// anchors are the displacements that a step computes from the old ones.
 #[inline(always)]
-fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     press_slide: T,
     data: &DataOf<M, N, T>,
-    scale: &S,
 ) {
     let [x, y] = state.position[0];
     let here = [x + press_slide, y, state.angle[0]];
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
-        for (anchor, to) in pair.iter_mut().zip(spring_positions::<P, T, S>(here, spring, scale)) {
+        for (anchor, to) in pair.iter_mut().zip(spring_positions::<P, T>(here, spring)) {
             *anchor = [anchor[0] - to[0], anchor[1] - to[1]];
         }
     }
@@ -122,29 +121,24 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, S: Sca
 
 /// Starts a contact: the anchors are the positions of the springs.
 #[inline(always)]
-pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
+pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     here: [T; 3],
     data: &DataOf<M, N, T>,
-    scale: &S,
 ) {
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
-        *pair = spring_positions::<P, T, S>(here, spring, scale);
+        *pair = spring_positions::<P, T>(here, spring);
     }
 }
 
 /// Position of a spring, or of the two springs of a pair, on the moved plane, mm.
 #[inline(always)]
-pub(crate) fn spring_positions<const P: usize, T: Arithmetic, S: Scaling<T>>(
-    [x, y, angle]: [T; 3],
-    spring: &Spring<T>,
-    scale: &S,
-) -> [[T; 2]; P] {
+pub(crate) fn spring_positions<const P: usize, T: Scalar>([x, y, angle]: [T; 3], spring: &Spring<T>) -> [[T; 2]; P] {
     if P == 1 {
         return [[x, y]; P];
     }
-    let middle = [x, y + spring.centre(scale) * angle];
-    let [arm_x, arm_y] = spring.arm(scale);
+    let middle = [x, y + spring.centre_mm * angle];
+    let [arm_x, arm_y] = spring.arm_mm;
     let turned = [arm_y * angle, arm_x * angle];
     from_fn(|k| {
         if k == 0 {

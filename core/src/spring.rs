@@ -2,7 +2,7 @@
 //!
 //! Uses math.
 
-use crate::math::Arithmetic;
+use crate::math::Scalar;
 
 /// Largest |q u| of a spring on its limit: its force grows with the displacement throughout.
 pub(crate) const ODD_MAX: f32 = 0.4;
@@ -20,7 +20,7 @@ pub(crate) const DIV_EPS: f32 = 1e-26;
 #[derive(Clone, Copy)]
 pub(crate) struct QuadraticStiffness<T>(pub(crate) T);
 
-impl<T: Arithmetic> QuadraticStiffness<T> {
+impl<T: Scalar> QuadraticStiffness<T> {
     /// Force over stiffness, mm.
     #[inline(always)]
     pub(crate) fn force(&self, u: T) -> T {
@@ -41,7 +41,7 @@ pub(crate) struct Sums<T> {
     y: [T; 2],
 }
 
-impl<T: Arithmetic> Sums<T> {
+impl<T: Scalar> Sums<T> {
     #[inline(always)]
     pub(crate) fn new() -> Self {
         // Adding to −0 is nothing, to 0 an instruction.
@@ -73,12 +73,6 @@ impl<T: Arithmetic> Sums<T> {
         [self.x[0] - odd.0 * self.x[1], self.y[0]]
     }
 
-    /// Derivatives of force, mm, and energy, mm², along x over the stiffness with respect to the quadratic term.
-    #[inline(always)]
-    pub(crate) fn odd_rates(&self) -> [T; 2] {
-        [-self.x[1], -(T::of(1.0 / 3.0) * self.x[2])]
-    }
-
     /// Energy along x and y over the stiffness, mm².
     #[inline(always)]
     pub(crate) fn energy(&self, odd: &QuadraticStiffness<T>) -> [T; 2] {
@@ -108,7 +102,7 @@ pub(crate) struct YieldCheck<T> {
     pub(crate) over: T,
 }
 
-impl<T: Arithmetic> Limit<T> {
+impl<T: Scalar> Limit<T> {
     #[inline(always)]
     pub(crate) fn new(shift: T, anisotropy: T, ratio: T) -> Self {
         let wide = (T::of(1.0) + shift * shift) * T::of(1.0 - SLACK);

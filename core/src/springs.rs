@@ -2,11 +2,10 @@
 //!
 //! Main function: [`step_springs`]. Uses data, spring, stick_ratio and math.
 
-use crate::ModelOf;
+use crate::DataOf;
 use crate::at_depth::AtDepth;
-use crate::math::Arithmetic;
+use crate::math::Scalar;
 use crate::plane::spring_positions;
-use crate::rescaling::Scaling;
 use crate::spring::{Limit, QuadraticStiffness, Sums};
 use crate::stick_ratio::{SlipPath, directional_correction, share_of_path};
 
@@ -27,7 +26,7 @@ pub(crate) struct Load<T> {
 /// A sum that is not finite if a component of the load is not, or if the path is so long that its square overflows and the stick
 /// ratio is invalid. The stick ratio itself is not read, so that it costs nothing where it is not used.
 #[inline(always)]
-pub(crate) fn check_sum<const P: usize, T: Arithmetic>(load: &Load<T>, SlipPath([x, y, angle]): &SlipPath<T>) -> T {
+pub(crate) fn check_sum<const P: usize, T: Scalar>(load: &Load<T>, SlipPath([x, y, angle]): &SlipPath<T>) -> T {
     let mut square = *x * *x + *y * *y;
     if P > 1 {
         square += *angle * *angle;
@@ -37,26 +36,19 @@ pub(crate) fn check_sum<const P: usize, T: Arithmetic>(load: &Load<T>, SlipPath(
 
 /// Moves every spring and adds up their loads.
 #[inline(always)]
-pub(crate) fn step_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
-    model: &ModelOf<'_, M, N, S, T>,
+pub(crate) fn step_springs<const M: usize, const N: usize, const P: usize, T: Scalar>(
+    data: &DataOf<M, N, T>,
     anchor: &mut [[[T; 2]; P]; M],
     at: &AtDepth<'_, M, T>,
     here: [T; 3],
     slip_path: &SlipPath<T>,
 ) -> Load<T> {
-    let (data, scale) = (model.data, &model.scale);
     let odd = QuadraticStiffness(data.odd / at.radius);
-    let bed = move_springs(anchor, model, at, here, slip_path, &odd);
+    let bed = move_springs(anchor, data, at, here, slip_path, &odd);
     let ([x, y], [energy_x, energy_y]) = (bed.sums.force(&odd), bed.sums.energy(&odd));
     let friction = [at.stiffness[0] * x, at.stiffness[1] * y];
-    let (coupling, slope) = (at.press_coupling(data.cells_per_mm), at.stiffness_slope(data.cells_per_mm, scale));
-    let mut normal =
-        scale.normal(at.row.normal.at(at.t)) + coupling * friction[0] + slope[0] * energy_x + slope[1] * energy_y;
-    if S::RESCALED {
-        // The quadratic term depends on depth if the strength grows differently from that of the fitted finger.
-        let [_, energy] = bed.sums.odd_rates();
-        normal += at.stiffness[0] * energy * (odd.0 * -at.growth);
-    }
+    let (coupling, slope) = (at.press_coupling(data.cells_per_mm), at.stiffness_slope(data.cells_per_mm));
+    let normal = at.row.normal.at(at.t) + coupling * friction[0] + slope[0] * energy_x + slope[1] * energy_y;
     Load { normal, friction, moment: bed.moment, stick_ratio: bed.stick_ratio }
 }
 
@@ -96,15 +88,14 @@ type Placed<T> = [T; 3];
 /// Anchors are stored on slip alone, so a contact at rest keeps its bits. The slipping area is computed after all springs without
 /// spin, which needs fewer registers at a time, and together with each pair with spin, which needs fewer stored numbers.
 #[inline(always)]
-fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
+fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar>(
     anchors: &mut [[[T; 2]; P]; M],
-    model: &ModelOf<'_, M, N, S, T>,
+    data: &DataOf<M, N, T>,
     at: &AtDepth<'_, M, T>,
     here: [T; 3],
     slip_path: &SlipPath<T>,
     odd: &QuadraticStiffness<T>,
 ) -> BedLoad<T> {
-    let (data, scale) = (model.data, &model.scale);
     let limit = Limit::new(at.row.yield_shift.at(at.t), at.row.anisotropy.at(at.t), at.stiffness[1] / at.stiffness[0]);
     let (none, share) = (T::of(-0.0), T::of(1.0 / P as f32));
     let mut bed = BedLoad { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
@@ -114,10 +105,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
         let (pair, spring) = (&mut anchors[j], data.springs[j]);
         let radius = at.row.radius[j].at(at.t) * at.radius;
         let mut slipping = none;
-        let (to, gone) = (
-            spring_positions::<P, T, S>(here, &spring, scale),
-            spring_positions::<P, T, S>(slip_path.0, &spring, scale),
-        );
+        let (to, gone) = (spring_positions::<P, T>(here, &spring), spring_positions::<P, T>(slip_path.0, &spring));
         for (k, anchor) in pair.iter_mut().enumerate() {
             let ([ux, uy], placed) = move_spring(anchor, to[k], &limit, radius);
             let [along, bent, across] = bed.sums.add(spring.stiffness, [ux, uy]);
@@ -125,7 +113,7 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
                 alone[j] = placed;
             } else {
                 slipping += slip_of(&limit, radius, gone[k], placed, spring.sharpness);
-                let (x, [arm_x, arm_y]) = (spring.centre(scale), spring.arm(scale));
+                let (x, [arm_x, arm_y]) = (spring.centre_mm, spring.arm_mm);
                 let lever = if k == 0 { [x + arm_x, arm_y] } else { [x - arm_x, -arm_y] };
                 bed.moment[0] += lever[1] * along;
                 bed.moment[1] += lever[0] * across;
@@ -155,21 +143,21 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Arithmetic, S
 
 /// Moves a spring to a position. Returns its displacement, mm, and the position within its limit. Slip moves the anchor.
 #[inline(always)]
-fn move_spring<T: Arithmetic>(anchor: &mut [T; 2], to: [T; 2], limit: &Limit<T>, radius: T) -> ([T; 2], Placed<T>) {
+fn move_spring<T: Scalar>(anchor: &mut [T; 2], to: [T; 2], limit: &Limit<T>, radius: T) -> ([T; 2], Placed<T>) {
     let u = [to[0] - anchor[0], to[1] - anchor[1]];
     let seen = limit.yield_check(u, radius);
-    let ([mut ux, mut uy], mut w, mut over) = (u, seen.w, seen.over);
-    let [held_x, held_y] = anchor;
-    seen.over.where_positive([held_x, held_y, &mut ux, &mut uy, &mut w, &mut over], || {
-        let (u, w) = limit.return_map(u, seen.w, radius);
-        [to[0] - u[0], to[1] - u[1], u[0], u[1], w, T::of(0.0)]
-    });
-    ([ux, uy], [ux, w, over])
+    let (mut u, mut w, mut over) = (u, seen.w, seen.over);
+    if seen.over > T::of(0.0) {
+        (u, w) = limit.return_map(u, seen.w, radius);
+        *anchor = [to[0] - u[0], to[1] - u[1]];
+        over = T::of(0.0);
+    }
+    (u, [u[0], w, over])
 }
 
 /// Share of a spring's area that slips, after a path since the last reversal.
 #[inline(always)]
-fn slip_of<T: Arithmetic>(
+fn slip_of<T: Scalar>(
     limit: &Limit<T>,
     radius: T,
     [path_x, path_y]: [T; 2],

@@ -3,14 +3,13 @@
 //! Main function: [`step()`]. Uses data, state, plane, springs and stick_ratio.
 
 use crate::at_depth::AtDepth;
-use crate::math::{Arithmetic, Scalar};
+use crate::math::Scalar;
 use crate::plane::{move_plane, spring_positions, touch};
-use crate::rescaling::Scaling;
 use crate::spring::DIV_EPS;
 use crate::springs::{Load, check_sum, step_springs};
-use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, SlipPath, regime_of};
+use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, REVERSAL_DEADBAND_MM, SlipPath, regime_of};
 use crate::table::Row;
-use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
+use crate::{ModelOf, Motion, Response, StateOf, Status};
 
 /// Depth below which there is no contact, mm.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
@@ -45,8 +44,8 @@ const LARGEST: f32 = 1e9;
 /// No creep: without motion the state keeps its bits, and increments that add up to zero lead back to it. Leaves out rate,
 /// dwell and moisture, except through [`StateOf::set_strength_factor`].
 #[inline(always)]
-pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    model: &ModelOf<'_, M, N, S, T>,
+pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar>(
+    model: &ModelOf<'_, M, N, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
 ) -> Response<T> {
@@ -58,22 +57,22 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scalin
 }
 
 /// Input of the springs of one step: position of the plane, tables at the depth, slip path.
-pub(crate) struct StepInput<'a, const M: usize, T> {
-    pub(crate) at: AtDepth<'a, M, T>,
+struct StepInput<'a, const M: usize, T> {
+    at: AtDepth<'a, M, T>,
     /// Slide including the slide equivalent to the press, mm, and angle, rad.
-    pub(crate) here: [T; 3],
-    pub(crate) slip_path: SlipPath<T>,
-    pub(crate) status: Status,
+    here: [T; 3],
+    slip_path: SlipPath<T>,
+    status: Status,
 }
 
 /// Moves the plane and reads the tables. Without contact the error is the final response.
 #[inline(always)]
-pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    model: &ModelOf<'a, M, N, S, T>,
+fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
+    model: &ModelOf<'a, M, N, T>,
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
 ) -> Result<StepInput<'a, M, T>, Response<T>> {
-    let (data, scale) = (model.data, &model.scale);
+    let (data, units) = (model.data, &model.units);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
     if !state.is_consistent() {
@@ -96,19 +95,20 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
     let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
     let here = [slid[0] + press_slide, slid[1], slid[2]];
     if fresh {
-        touch(state, here, data, scale);
+        touch(state, here, data);
         state.turn = slid;
         state.reached = slid;
     }
     let contact = ContactPoint {
         here: slid,
         limit: at.limit,
-        growth_deadband_n: T::of(GROWTH_DEADBAND_MM) * at.limit_slope(data.cells_per_mm, scale),
+        growth_deadband_n: T::of(GROWTH_DEADBAND_MM) * units.per_length * at.limit_slope(data.cells_per_mm),
+        reversal_deadband_mm: T::of(REVERSAL_DEADBAND_MM) * units.per_length,
         stiffness: at.stiffness[0],
-        gyration_mm: scale.length(data.gyration),
+        gyration_mm: data.gyration,
     };
     let slip_path = SlipPath::follow(state, &contact, |state| {
-        let to = spring_positions::<P, T, S>(here, &data.springs[0], scale)[0];
+        let to = spring_positions::<P, T>(here, &data.springs[0])[0];
         let [x, y] = state.anchor[0][0];
         [to[0] - x, to[1] - y]
     });
@@ -117,52 +117,49 @@ pub(crate) fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scala
 
 /// Moves the springs and computes the response. A state with a non-finite value, which no step produces, is reset.
 #[inline(always)]
-pub(crate) fn finish<const M: usize, const N: usize, const P: usize, T: Scalar, S: Scaling<T>>(
-    model: &ModelOf<'_, M, N, S, T>,
+fn finish<const M: usize, const N: usize, const P: usize, T: Scalar>(
+    model: &ModelOf<'_, M, N, T>,
     state: &mut StateOf<M, P, T>,
     input: &StepInput<'_, M, T>,
 ) -> Response<T> {
     let at = &input.at;
-    let load = step_springs(model, &mut state.anchor, at, input.here, &input.slip_path);
+    let load = step_springs(model.data, &mut state.anchor, at, input.here, &input.slip_path);
     if !check_sum::<P, T>(&load, &input.slip_path).is_number() {
         return memory_lost(state, input.status);
     }
-    let mut response = response_of::<M, N, P, T, S>(model, at, &load);
-    response.regime = regime_of(load.stick_ratio);
-    response.status = input.status;
-    response
+    response_of::<M, N, P, T>(model, at, &load, input.status)
 }
 
-/// The response of a contact with this load, without regime and status.
+/// The response of a contact with this load.
 #[inline(always)]
-pub(crate) fn response_of<const M: usize, const N: usize, const P: usize, T: Arithmetic, S: Scaling<T>>(
-    model: &ModelOf<'_, M, N, S, T>,
+fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
+    model: &ModelOf<'_, M, N, T>,
     at: &AtDepth<'_, M, T>,
     load: &Load<T>,
+    status: Status,
 ) -> Response<T> {
-    let (data, scale) = (model.data, &model.scale);
+    let data = model.data;
     let Load { normal, friction, moment, stick_ratio } = *load;
     // In shares of the limit, at most 1 in spite of rounding and the quadratic stiffness.
     let per_limit = T::of(1.0) / at.limit;
     let [along, across] = friction.map(|f| f * per_limit);
     let alone = share_of_limit(at.row, at.t, [along, across]).at_most(T::of(1.0));
     let magnitude = (along * along + T::of(DIV_EPS) + across * across).sqrt();
-    let centre = scale.length(at.row.friction_centre.at(at.t)) * friction[1];
-    let leaning = friction.map(|f| scale.per_newton(scale.length(f)));
-    let [lean_x, lean_y] = [0, 1].map(|k| data.pressure_centre_per_n[k] * leaning[k]);
-    let pressure_centre = [scale.length(at.row.pressure_centre.at(at.t)) + lean_x, lean_y];
+    let centre = at.row.friction_centre.at(at.t) * friction[1];
+    let [lean_x, lean_y] = [0, 1].map(|k| data.pressure_centre_per_n[k] * friction[k]);
+    let pressure_centre = [at.row.pressure_centre.at(at.t) + lean_x, lean_y];
     let spin_moment = if P == 1 { centre } else { at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0] };
     let margin = if P == 1 {
         T::of(1.0) - alone
     } else {
-        let most = scale.length(at.row.spin_limit.at(at.t) / at.row.limit.at(at.t)) + T::of(DIV_EPS);
+        let most = at.row.spin_limit.at(at.t) / at.row.limit.at(at.t) + T::of(DIV_EPS);
         let moment = (spin_moment - centre) * per_limit / most;
         let cross = data.spin_cross * (moment * alone).magnitude();
         (T::of(1.0) - (alone * alone + moment * moment + cross).magnitude().sqrt()).not_negative()
     };
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
-    let area = at.area(scale);
-    Response {
+    let area = at.row.area.at(at.t);
+    model.units.response(Response {
         normal_force_n: normal.not_negative(),
         friction_n: friction,
         stick_ratio,
@@ -171,16 +168,16 @@ pub(crate) fn response_of<const M: usize, const N: usize, const P: usize, T: Ari
         spin_moment_n_mm: spin_moment,
         pressure_centre_mm: pressure_centre,
         contact_area_mm2: area + area * data.area_tilt * along,
-        band_normal_n: scale.normal(at.row.band_normal.at(at.t)) * band(&data.band_normal),
+        band_normal_n: at.row.band_normal.at(at.t) * band(&data.band_normal),
         band_friction_n: at.limit * band(&data.band_friction),
-        regime: Regime::NoContact,
-        status: Status::OK,
-    }
+        regime: regime_of(stick_ratio),
+        status,
+    })
 }
 
 /// Friction over the friction limit in its direction; `along` and `across` are friction over the strength.
 #[inline(always)]
-pub(crate) fn share_of_limit<const M: usize, T: Arithmetic>(row: &Row<M, T>, t: T, [along, across]: [T; 2]) -> T {
+pub(crate) fn share_of_limit<const M: usize, T: Scalar>(row: &Row<M, T>, t: T, [along, across]: [T; 2]) -> T {
     let square = along * along + T::of(DIV_EPS);
     let stretched = across / row.limit_ratio.at(t);
     let shifted = row.limit_shift.at(t) * along;

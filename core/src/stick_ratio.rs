@@ -26,7 +26,7 @@
 //! * **Direction.** The slipping share S becomes S (1 + c cos(2 phi) (1 − S)) for a path at an angle phi to x, with c from a line over
 //!   depth ([`crate::ParamsOf::slip_lead`]).
 
-use crate::math::{Arithmetic, Scalar};
+use crate::math::Scalar;
 use crate::spring::DIV_EPS;
 use crate::{Regime, StateOf};
 
@@ -54,6 +54,8 @@ pub(crate) struct ContactPoint<T> {
     pub(crate) limit: T,
     /// Least growth of the limit that counts, N.
     pub(crate) growth_deadband_n: T,
+    /// Least slide that counts as a reversal, mm.
+    pub(crate) reversal_deadband_mm: T,
     /// Stiffness of all springs along x, N/mm.
     pub(crate) stiffness: T,
     /// Mean arm of the springs, which converts angles to lengths.
@@ -98,8 +100,8 @@ impl<T: Scalar> SlipPath<T> {
         contact: &ContactPoint<T>,
         stretch: impl Fn(&StateOf<M, P, T>) -> [T; 2],
     ) -> Self {
-        let &ContactPoint { here, limit, .. } = contact;
-        let (noticed, nothing) = (T::of(REVERSAL_DEADBAND_MM), T::of(0.0));
+        let &ContactPoint { here, limit, reversal_deadband_mm: noticed, .. } = contact;
+        let nothing = T::of(0.0);
         let moved = less::<P, T>(here, state.reached);
         let square = contact.dot::<P>(moved, moved);
         let grown = limit - state.limit_reached;
@@ -207,11 +209,7 @@ fn restore_history<const M: usize, const P: usize, T: Scalar>(state: &mut StateO
 
 /// Stick ratio of a contact in which slip spreads sooner along x than along y.
 #[inline(always)]
-pub(crate) fn directional_correction<T: Arithmetic>(
-    stick_ratio: T,
-    slip_lead: T,
-    SlipPath([x, y, _]): &SlipPath<T>,
-) -> T {
+pub(crate) fn directional_correction<T: Scalar>(stick_ratio: T, slip_lead: T, SlipPath([x, y, _]): &SlipPath<T>) -> T {
     let (along, across) = (*x * *x, *y * *y);
     let lead = slip_lead * (along - across) / (along + across + T::of(DIV_EPS));
     stick_ratio * (T::of(1.0) - lead * (T::of(1.0) - stick_ratio))
@@ -222,7 +220,7 @@ pub(crate) fn directional_correction<T: Arithmetic>(
 ///
 /// p solves |v − path + path/p| = limit. It is at most 1, as the root is at least `ahead` after rounding as well.
 #[inline(always)]
-pub(crate) fn share_of_path<T: Arithmetic>(square: T, ahead: T, over: T) -> T {
+pub(crate) fn share_of_path<T: Scalar>(square: T, ahead: T, over: T) -> T {
     let root = (ahead * ahead - square * over).magnitude().sqrt();
     square / (square + T::of(DIV_EPS) + (root - ahead))
 }

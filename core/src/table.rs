@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::math::{Arithmetic, Scalar};
+use crate::math::Scalar;
 
 /// Value at the left end of a cell and its change over the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,7 +37,7 @@ impl<T: Scalar> Line<T> {
     }
 }
 
-impl<T: Arithmetic> Line<T> {
+impl<T: Scalar> Line<T> {
     /// Value at `t`, 0 at the left node and 1 at the right one.
     #[inline(always)]
     pub(crate) fn at(&self, t: T) -> T {
@@ -59,7 +59,7 @@ pub struct Parabola<T = f32> {
     pub bend: T,
 }
 
-impl<T: Arithmetic> Parabola<T> {
+impl<T: Scalar> Parabola<T> {
     /// The parabola from `value` with slopes `left` and `right`, both times the cell.
     pub(crate) fn of_slopes(value: T, left: T, right: T) -> Self {
         Self { value, slope: left, bend: T::of(0.5) * (right - left) }

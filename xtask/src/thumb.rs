@@ -386,8 +386,8 @@ impl Tools {
 /// Most instructions of a call, by a part of its row's name. The step's bound is the number in README; the others leave
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
-    ("step M=4 default", 751),
-    ("step M=4, N F limit margin", 545),
+    ("step M=4 default", 759),
+    ("step M=4, N F limit margin", 558),
     ("spin M=4, N F Mz limit margin", 1086),
     ("step, retuned finger", 879),
     ("gradient", 1781),

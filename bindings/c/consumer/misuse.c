@@ -77,7 +77,7 @@ static void handles(const model_file *file)
     expect(fingerpad_watch_look(&watch, &r, events, &count), FINGERPAD_NOT_SET_UP, "a zeroed watch");
     expect(fingerpad_step(&zeroed, &state, pressed, &r), FINGERPAD_NOT_SET_UP, "a zeroed model");
     expect(fingerpad_model_describe(&zeroed, &info), FINGERPAD_NOT_SET_UP, "a zeroed model described");
-    expect(fingerpad_model_tune(&zeroed, 1.0f, 1.0f, 1.0f, 0.0f), FINGERPAD_NOT_SET_UP, "a zeroed model tuned");
+    expect(fingerpad_model_tune(&zeroed, 1.0f, 1.0f, 1.0f), FINGERPAD_NOT_SET_UP, "a zeroed model tuned");
     before = state;
     expect(fingerpad_step(&model, NULL, pressed, &r), FINGERPAD_NULL, "no state");
     expect(fingerpad_step(NULL, &state, pressed, &r), FINGERPAD_NULL, "no model");
@@ -165,7 +165,7 @@ static void numbers(fingerpad_model *model)
     expect_true(bits(r.normal_force_n) == bits(clean.normal_force_n), "and the depth stays where it was");
     expect(fingerpad_state_set_strength_factor(&state, NAN), FINGERPAD_RANGE, "a strength factor of NaN");
     expect(fingerpad_state_set_strength_factor(&state, 9.0f), FINGERPAD_RANGE, "a strength factor of 9");
-    expect(fingerpad_model_tune(model, NAN, 1.0f, 1.0f, 0.0f), FINGERPAD_RANGE, "a size of NaN");
+    expect(fingerpad_model_tune(model, NAN, 1.0f, 1.0f), FINGERPAD_RANGE, "a size of NaN");
     must(fingerpad_watch_settings_default(&settings), "settings");
     must(fingerpad_watch_init(&watch, 0, settings), "watch");
     r.regime = 77;

@@ -343,7 +343,7 @@ static void answer(const char *name, const char *rest)
     if (strcmp(name, "model") == 0) {
         use_model(rest[1] == '1');
     } else if (strcmp(name, "tune") == 0) {
-        (void)printf("%d", (int)fingerpad_model_tune(&model, f[0], f[1], f[2], f[3]));
+        (void)printf("%d", (int)fingerpad_model_tune(&model, f[0], f[1], f[2]));
     } else if (strcmp(name, "factor") == 0) {
         factor(f[0]);
     } else if (strcmp(name, "around") == 0) {

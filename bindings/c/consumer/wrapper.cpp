@@ -304,9 +304,9 @@ int main(int argc, char **argv)
     must(fingerpad_pad_load(&wrapped, bytes_of(&pad_file), pad_file.length), argv[2]);
     for (int tuned = 0; tuned < 2; tuned++) {
         if (tuned == 1) {
-            expect(bed.tune(1.2f, 0.7f, 1.5f, 0.01f), fp::Code::ok, "a bed tuned");
+            expect(bed.tune(1.2f, 0.7f, 1.5f), fp::Code::ok, "a bed tuned");
             expect(pad.tune(1.2f, 0.7f, 1.5f), fp::Code::ok, "a pad tuned");
-            must(fingerpad_model_tune(&model, 1.2f, 0.7f, 1.5f, 0.01f), "a model tuned");
+            must(fingerpad_model_tune(&model, 1.2f, 0.7f, 1.5f), "a model tuned");
             must(fingerpad_pad_tune(&wrapped, 1.2f, 0.7f, 1.5f), "a pad tuned");
         }
         expect(same(bed.c(), model) && same(pad.c(), wrapped), "bed and pad");

@@ -2,7 +2,7 @@
 
 use core::ffi::c_char;
 
-use fingerpad::{Effects, File, TableColumn, Tuned, Tuning};
+use fingerpad::{Effects, File, Model, TableColumn, Tuning};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, answer, code};
 use crate::pointer::{exclusive, items, shared, write};
@@ -59,7 +59,7 @@ pub struct Loaded {
     /// Read before anything else: whatever lies there is a number.
     mark: u32,
     /// The model as it is used.
-    pub model: Tuned<'static>,
+    pub model: Model<'static>,
     /// None if the file has effects that this library does not know.
     pub effects: Option<Effects<'static>>,
     /// Number of effects in the file.
@@ -120,10 +120,9 @@ unsafe fn load(model: *mut fingerpad_model, file: *const u8, length: usize) -> R
     // SAFETY: the caller's promise.
     let bytes = unsafe { items(file, length) }?;
     let file = File::from_bytes(bytes).map_err(code)?;
-    let model_in_use = file.model.tuned(Tuning::default()).map_err(code)?;
     let effects = Effects::of_file(&file).ok();
     let (slots, columns, meta) = (file.effects.len() as u32, file.columns, file.meta);
-    let inside = Loaded { mark: LOADED, model: model_in_use, effects, slots, columns, meta };
+    let inside = Loaded { mark: LOADED, model: file.model, effects, slots, columns, meta };
     // SAFETY: the caller's promise; size and alignment were checked above.
     unsafe { write(model.cast::<Loaded>(), inside) }
 }
@@ -136,7 +135,7 @@ pub unsafe extern "C" fn fingerpad_model_unload(model: *mut fingerpad_model) -> 
 }
 
 /// Changes the model to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5)
-/// and lambda (0.1 to 10), and tau_0 in MPa (0 to 0.1).
+/// and lambda (0.1 to 10).
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_RANGE; then nothing changes.
 #[unsafe(no_mangle)]
@@ -145,12 +144,11 @@ pub unsafe extern "C" fn fingerpad_model_tune(
     size: f32,
     stiffness: f32,
     lambda: f32,
-    tau0_mpa: f32,
 ) -> i32 {
     // SAFETY: the caller's promise.
     answer(unsafe { loaded_mut(model) }.and_then(|loaded| {
         let fitted = loaded.model.data().model_unchecked();
-        loaded.model = fitted.tuned(Tuning { size, stiffness, lambda, tau0_mpa }).map_err(code)?;
+        loaded.model = fitted.tuned(Tuning { size, stiffness, lambda }).map_err(code)?;
         Ok(())
     }))
 }

@@ -2,7 +2,8 @@
 
 use core::ffi::c_char;
 
-use fingerpad::pad::{Body, Cylinder, Edge, PadFile, PadTuning, Sphere, TunedPad};
+use fingerpad::Tuning;
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, Sphere};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGERPAD_SHAPE, answer, code};
 use crate::pad_state::state_bytes;
@@ -76,7 +77,7 @@ pub struct LoadedPad {
     /// Read before anything else: whatever lies there is a number.
     mark: u32,
     /// The pad as it is used.
-    pub pad: TunedPad<'static>,
+    pub pad: Pad<'static>,
     meta: &'static str,
 }
 
@@ -88,7 +89,7 @@ const _: () = {
 impl LoadedPad {
     /// Checksum of the numbers.
     pub fn checksum(&self) -> u32 {
-        self.pad.pad().checksum()
+        self.pad.checksum()
     }
 }
 
@@ -153,9 +154,7 @@ unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Resul
     if file.pad.patches.len() > FINGERPAD_PATCHES_MAX {
         return Err(FINGERPAD_SHAPE);
     }
-    let tuning = PadTuning::default();
-    let in_use = file.pad.tuned(tuning).map_err(code)?;
-    let inside = LoadedPad { mark: LOADED, pad: in_use, meta: file.meta };
+    let inside = LoadedPad { mark: LOADED, pad: file.pad, meta: file.meta };
     // SAFETY: the caller's promise; size and alignment were checked above.
     unsafe { write(pad.cast::<LoadedPad>(), inside) }
 }
@@ -175,8 +174,7 @@ pub unsafe extern "C" fn fingerpad_pad_unload(pad: *mut fingerpad_pad) -> i32 {
 pub unsafe extern "C" fn fingerpad_pad_tune(pad: *mut fingerpad_pad, size: f32, stiffness: f32, lambda: f32) -> i32 {
     let tuned = || {
         // SAFETY: the caller's promise.
-        let fitted = unsafe { loaded_pad(pad) }?.pad.pad();
-        let in_use = fitted.tuned(PadTuning { size, stiffness, lambda }).map_err(code)?;
+        let in_use = unsafe { loaded_pad(pad) }?.pad.tuned(Tuning { size, stiffness, lambda }).map_err(code)?;
         // SAFETY: as for `loaded_pad`.
         let inside = unsafe { exclusive(pad.cast::<LoadedPad>()) }?;
         inside.pad = in_use;
@@ -190,7 +188,7 @@ pub unsafe extern "C" fn fingerpad_pad_tune(pad: *mut fingerpad_pad, size: f32, 
 pub unsafe extern "C" fn fingerpad_pad_describe(pad: *const fingerpad_pad, info: *mut fingerpad_pad_info) -> i32 {
     // SAFETY: the caller's promise.
     answer(unsafe { loaded_pad(pad) }.and_then(|loaded| {
-        let fitted = loaded.pad.pad();
+        let fitted = &loaded.pad;
         let [pitch_min_deg, pitch_max_deg] = fitted.numbers.pitch_range_deg;
         let says = fingerpad_pad_info {
             patches: fitted.patches.len() as u32,

@@ -1,6 +1,6 @@
 //! The memory of a contact of a pad: set up, strength, step, patches, save, restore.
 
-use fingerpad::pad::{Body, PadState, PatchState, TunedPad, pad_state_bytes};
+use fingerpad::pad::{Body, Pad, PadState, PatchState, pad_state_bytes};
 use fingerpad::{Motion, Response};
 
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
@@ -101,7 +101,7 @@ macro_rules! with_memory {
 
 /// Whether states of a pad are of the smaller size.
 fn is_small(pad: &LoadedPad) -> bool {
-    pad.pad.pad().patches.len() <= FEW
+    pad.pad.patches.len() <= FEW
 }
 
 /// Bytes of a saved state of a pad.
@@ -160,12 +160,7 @@ unsafe fn write_fresh(
 
 /// A step. Not inlined, so that a pad of few patches needs the stack of a step of few alone.
 #[inline(never)]
-fn step<const P: usize>(
-    pad: &TunedPad<'_>,
-    state: &mut PadState<P>,
-    body: &Body,
-    motion: fingerpad_pad_motion,
-) -> Response {
+fn step<const P: usize>(pad: &Pad<'_>, state: &mut PadState<P>, body: &Body, motion: fingerpad_pad_motion) -> Response {
     let fingerpad_pad_motion { depth_mm, slide_x_mm, slide_y_mm, spin_rad, pitch_deg, roll_deg, dt_s } = motion;
     let motion = Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], spin_increment_rad: spin_rad, dt_s };
     pad.step(state, body, motion, [pitch_deg, roll_deg])
@@ -174,13 +169,13 @@ fn step<const P: usize>(
 /// Writes the load of each patch to an array with room for all of them. Not inlined either.
 #[inline(never)]
 unsafe fn write_patches<const P: usize>(
-    pad: &TunedPad<'_>,
+    pad: &Pad<'_>,
     state: &PadState<P>,
     body: &Body,
     out: *mut fingerpad_patch,
 ) -> Result<(), i32> {
     let borne = pad.patch_states(state, body);
-    for (i, (patch, _)) in borne.into_iter().zip(pad.pad().patches).enumerate() {
+    for (i, (patch, _)) in borne.into_iter().zip(pad.patches).enumerate() {
         // SAFETY: the caller's promise. Memory that need not hold a patch yet.
         unsafe { write(out.add(i), patch.into()) }?;
     }
@@ -202,11 +197,10 @@ pub unsafe extern "C" fn fingerpad_pad_state_init(pad: *const fingerpad_pad, sta
     let made = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        let fitted = pad.pad.pad();
         let fresh = if is_small(pad) {
-            Memory::Few(PadState::new(&fitted).map_err(code)?)
+            Memory::Few(PadState::new(&pad.pad).map_err(code)?)
         } else {
-            Memory::Many(PadState::new(&fitted).map_err(code)?)
+            Memory::Many(PadState::new(&pad.pad).map_err(code)?)
         };
         // SAFETY: the caller's promise.
         unsafe { write_fresh(state, fresh) }
@@ -234,9 +228,9 @@ pub unsafe extern "C" fn fingerpad_pad_state_init_over(
         }
         let pose_deg = [pitch_deg, roll_deg];
         let fresh = if is_small(pad) {
-            Memory::Few(pad.pad.over(pose_deg).map_err(code)?)
+            Memory::Few(PadState::over(&pad.pad, pose_deg).map_err(code)?)
         } else {
-            Memory::Many(pad.pad.over(pose_deg).map_err(code)?)
+            Memory::Many(PadState::over(&pad.pad, pose_deg).map_err(code)?)
         };
         // SAFETY: the caller's promise.
         unsafe { write_fresh(state, fresh) }
@@ -308,7 +302,7 @@ pub unsafe extern "C" fn fingerpad_pad_patches(
         let state = unsafe { memory_to_read(pad, state) }?;
         check(patches)?;
         let body = body.checked()?;
-        if count < pad.pad.pad().patches.len() {
+        if count < pad.pad.patches.len() {
             return Err(FINGERPAD_BUFFER);
         }
         // SAFETY: the caller's promise: there is room for `count` of them.

@@ -12,7 +12,6 @@ use fingerpad::{
 use crate::group::{
     Bed, DRIVEN, FORCES, Given, Group, REGIME, RESPONSE, Refused, Row, Watches, states, write_floats, write_response,
 };
-use crate::model::with_model;
 
 /// Contacts that pass through the core's batch at once, so that its numbers stay in the nearest cache.
 const CHUNK: usize = 256;
@@ -21,14 +20,14 @@ const CHUNK: usize = 256;
 #[derive(Clone)]
 pub struct Springs<const P: usize> {
     data: Arc<Data>,
-    tuning: Option<Tuning>,
+    tuning: Tuning,
     states: Vec<StateOf<SPRINGS, P>>,
     watches: Watches,
 }
 
 impl<const P: usize> Springs<P> {
     /// `count` contacts in the air; none where there is no memory for them.
-    pub fn new(data: Arc<Data>, tuning: Option<Tuning>, count: usize) -> Option<Self> {
+    pub fn new(data: Arc<Data>, tuning: Tuning, count: usize) -> Option<Self> {
         Some(Self { data, tuning, states: states(StateOf::default(), count)?, watches: Watches::default() })
     }
 
@@ -49,15 +48,14 @@ impl<const P: usize> Group for Springs<P> {
         let count = row.depth_mm.len();
         let words = out.len() / count.max(1);
         let states = &mut self.states[first..first + count];
-        with_model!(self.data, self.tuning, |model| {
-            if words == FORCES {
-                batch(|states, motions, forces| model.step_batch(states, motions, forces), states, row, out);
-            } else {
-                for (i, (state, out)) in states.iter_mut().zip(out.chunks_exact_mut(words)).enumerate() {
-                    write_response(&model.step(state, row.motion(i)), out);
-                }
+        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        if words == FORCES {
+            batch(|states, motions, forces| model.step_batch(states, motions, forces), states, row, out);
+        } else {
+            for (i, (state, out)) in states.iter_mut().zip(out.chunks_exact_mut(words)).enumerate() {
+                write_response(&model.step(state, row.motion(i)), out);
             }
-        });
+        }
         self.watches.look(first, out, words);
         Ok(())
     }
@@ -93,14 +91,13 @@ impl<const P: usize> Group for Springs<P> {
     }
 
     fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error> {
-        with_model!(self.data, self.tuning, |model| {
-            for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
-                let (depth_mm, factor) = (state.depth_mm(), state.strength_factor());
-                for (motion, out) in motions.iter().zip(out) {
-                    *out = steady_slip(|state, motion| model.step(state, motion), depth_mm, factor, *motion);
-                }
+        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
+            let (depth_mm, factor) = (state.depth_mm(), state.strength_factor());
+            for (motion, out) in motions.iter().zip(out) {
+                *out = steady_slip(|state, motion| model.step(state, motion), depth_mm, factor, *motion);
             }
-        });
+        }
         Ok(())
     }
 
@@ -120,38 +117,36 @@ impl<const P: usize> Group for Springs<P> {
 impl<const P: usize> Bed for Springs<P> {
     fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Error> {
         self.set_strength(0, row);
-        with_model!(self.data, self.tuning, |model| {
-            let contacts = self.states.iter_mut().zip(out.chunks_exact_mut(DRIVEN));
-            for (i, (state, out)) in contacts.enumerate() {
-                let Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s } = row.motion(i);
-                let drive = Drive {
-                    normal: if given.normal_force { Normal::ForceN(depth_mm) } else { Normal::DepthMm(depth_mm) },
-                    tangential: match given.friction {
-                        true => Tangential::FrictionN(slide_increment_mm),
-                        false => Tangential::SlideIncrementMm(slide_increment_mm),
-                    },
-                    spin_increment_rad,
-                    dt_s,
-                };
-                let driven = model.step_driven(state, drive);
-                write_response(&driven.response, &mut out[..RESPONSE]);
-                let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, .. } = driven.motion;
-                write_floats([depth_mm, x, y, spin_increment_rad], &mut out[RESPONSE..]);
-            }
-        });
+        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        let contacts = self.states.iter_mut().zip(out.chunks_exact_mut(DRIVEN));
+        for (i, (state, out)) in contacts.enumerate() {
+            let Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s } = row.motion(i);
+            let drive = Drive {
+                normal: if given.normal_force { Normal::ForceN(depth_mm) } else { Normal::DepthMm(depth_mm) },
+                tangential: match given.friction {
+                    true => Tangential::FrictionN(slide_increment_mm),
+                    false => Tangential::SlideIncrementMm(slide_increment_mm),
+                },
+                spin_increment_rad,
+                dt_s,
+            };
+            let driven = model.step_driven(state, drive);
+            write_response(&driven.response, &mut out[..RESPONSE]);
+            let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, .. } = driven.motion;
+            write_floats([depth_mm, x, y, spin_increment_rad], &mut out[RESPONSE..]);
+        }
         self.watches.look(0, out, DRIVEN);
         Ok(())
     }
 
     fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Error> {
         let (directions, outs) = (direction.as_chunks::<3>().0, out.as_chunks_mut::<9>().0);
-        with_model!(self.data, self.tuning, |model| {
-            for ((state, direction), out) in self.states.iter().zip(directions).zip(outs) {
-                let gradient = model.gradient(state, *direction);
-                let [x, y] = gradient.friction_n_mm;
-                out.as_chunks_mut::<3>().0.copy_from_slice(&[gradient.normal_n_mm, x, y]);
-            }
-        });
+        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        for ((state, direction), out) in self.states.iter().zip(directions).zip(outs) {
+            let gradient = model.gradient(state, *direction);
+            let [x, y] = gradient.friction_n_mm;
+            out.as_chunks_mut::<3>().0.copy_from_slice(&[gradient.normal_n_mm, x, y]);
+        }
         Ok(())
     }
 }

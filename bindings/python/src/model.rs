@@ -19,23 +19,6 @@ use crate::pad::{self, Pad};
 /// The model that ships.
 const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
 
-/// Does the same with a model as fitted or retuned; `?` leaves for a tuning that is refused.
-macro_rules! with_model {
-    ($data:expr, $tuning:expr, |$model:ident| $work:expr) => {
-        match $tuning {
-            None => {
-                let $model = $data.model_unchecked();
-                $work
-            }
-            Some(tuning) => {
-                let $model = $data.model_unchecked().tuned(tuning)?;
-                $work
-            }
-        }
-    };
-}
-pub(crate) use with_model;
-
 /// A fitted model: a file's numbers, checked and copied; see `_native.pyi`.
 #[pyclass(frozen, module = "fingerpad")]
 pub struct Model {
@@ -44,10 +27,15 @@ pub struct Model {
     effects: Vec<EffectSlot>,
     columns: Vec<TableColumn>,
     pub data: Arc<Data>,
-    pub tuning: Option<Tuning>,
+    pub tuning: Tuning,
 }
 
 impl Model {
+    /// The model for the finger of the tuning.
+    fn in_use(&self) -> PyResult<fingerpad::Model<'_>> {
+        self.data.model_unchecked().tuned(self.tuning).map_err(error::model)
+    }
+
     /// Takes a file's bytes.
     fn new(bytes: &[u8]) -> Result<Self, Error> {
         let file = ModelFile::new(bytes)?;
@@ -58,7 +46,7 @@ impl Model {
             effects: file.effects.to_vec(),
             columns: file.columns.to_vec(),
             data: Arc::new(*file.model.data()),
-            tuning: None,
+            tuning: Tuning::default(),
         })
     }
 }
@@ -95,8 +83,8 @@ pub fn load<'py>(py: Python<'py>, source: &Bound<'py, PyAny>) -> PyResult<Bound<
     }
 }
 
-/// Content of a pickled model: its file and, of a tuned one, size, stiffness, lambda, tau0 in MPa.
-type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 4]>);
+/// Content of a pickled model: its file and size, stiffness, lambda.
+type Pickled<'py> = (Bound<'py, PyBytes>, [f32; 3]);
 
 #[pymethods]
 impl Model {
@@ -127,19 +115,14 @@ impl Model {
 
     #[getter]
     fn depth_max_mm(&self) -> PyResult<f32> {
-        let depth = || -> Result<f32, Error> { Ok(with_model!(self.data, self.tuning, |model| model.depth_max_mm())) };
-        depth().map_err(error::model)
+        Ok(self.in_use()?.depth_max_mm())
     }
 
     #[getter]
     fn normal_force_max_n(&self) -> PyResult<f32> {
         let motion = |depth_mm| Motion { depth_mm, slide_increment_mm: [0.0; 2], spin_increment_rad: 0.0, dt_s: 1e-3 };
-        let force = || -> Result<f32, Error> {
-            Ok(with_model!(self.data, self.tuning, |model| {
-                model.step(&mut State::default(), motion(model.depth_max_mm())).normal_force_n
-            }))
-        };
-        force().map_err(error::model)
+        let model = self.in_use()?;
+        Ok(model.step(&mut State::default(), motion(model.depth_max_mm())).normal_force_n)
     }
 
     #[getter]
@@ -168,18 +151,15 @@ impl Model {
     }
 
     #[getter]
-    fn tuning(&self) -> (f32, f32, f32, f32) {
-        let Tuning { size, stiffness, lambda, tau0_mpa } = self.tuning.unwrap_or_default();
-        (size, stiffness, lambda, tau0_mpa)
+    fn tuning(&self) -> (f32, f32, f32) {
+        let Tuning { size, stiffness, lambda } = self.tuning;
+        (size, stiffness, lambda)
     }
 
-    #[pyo3(signature = (*, size=1.0, stiffness=1.0, lambda_factor=1.0, tau0_mpa=0.0))]
-    fn tuned(&self, size: f32, stiffness: f32, lambda_factor: f32, tau0_mpa: f32) -> PyResult<Self> {
+    #[pyo3(signature = (*, size=1.0, stiffness=1.0, lambda_factor=1.0))]
+    fn tuned(&self, size: f32, stiffness: f32, lambda_factor: f32) -> PyResult<Self> {
         error::check_tuning(size, stiffness, lambda_factor)?;
-        if !(0.0..=0.1).contains(&tau0_mpa) {
-            return Err(error::model_text(format!("tau0_mpa: {tau0_mpa} is not between 0 and 0.1")));
-        }
-        let tuning = Tuning { size, stiffness, lambda: lambda_factor, tau0_mpa };
+        let tuning = Tuning { size, stiffness, lambda: lambda_factor };
         self.data.model_unchecked().tuned(tuning).map_err(error::model)?;
         Ok(Self {
             bytes: self.bytes.clone(),
@@ -187,7 +167,7 @@ impl Model {
             effects: self.effects.clone(),
             columns: self.columns.clone(),
             data: self.data.clone(),
-            tuning: Some(tuning),
+            tuning,
         })
     }
 
@@ -221,20 +201,18 @@ impl Model {
         if let Some(found) = lengths.into_iter().find(|length| *length != x.len()) {
             return Err(error::wrong_length(x.len(), found));
         }
-        let grips = || -> Result<(), Error> {
-            with_model!(self.data, self.tuning, |model| {
-                for i in 0..x.len() {
-                    let grip: Grip = model.least_grip([x[i], y[i]], margin[i], factor[i]);
-                    (depth[i], normal[i], status[i]) = (grip.depth_mm, grip.normal_force_n, u32::from(grip.status.0));
-                }
-            });
-            Ok(())
-        };
-        py.detach(grips).map_err(error::model)
+        let model = self.in_use()?;
+        py.detach(|| {
+            for i in 0..x.len() {
+                let grip: Grip = model.least_grip([x[i], y[i]], margin[i], factor[i]);
+                (depth[i], normal[i], status[i]) = (grip.depth_mm, grip.normal_force_n, u32::from(grip.status.0));
+            }
+        });
+        Ok(())
     }
 
     fn __repr__(&self) -> String {
-        let words = if self.tuning.is_some() { ", tuned" } else { "" };
+        let words = if self.tuning == Tuning::default() { "" } else { ", tuned" };
         let (depth, (pitch, roll)) = (self.depth_max_mm().unwrap_or(f32::NAN), self.pose_deg());
         let force = self.normal_force_max_n().unwrap_or(f32::NAN);
         format!(
@@ -258,8 +236,7 @@ impl Model {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let py = slf.py();
         let this = slf.get();
-        let values = this.tuning.map(|t| [t.size, t.stiffness, t.lambda, t.tau0_mpa]);
         let unpickle = py.import("fingerpad._pickle")?.getattr("model")?;
-        Ok((unpickle, (this.to_bytes(py), values)))
+        Ok((unpickle, (this.to_bytes(py), this.tuning().into())))
     }
 }

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fingerpad::pad::{
-    Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadState, PadTuning, Patch, PatchState, Plane, Sphere, Surface,
+    Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadState, Patch, PatchState, Plane, Sphere, Surface,
     pad_state_bytes,
 };
-use fingerpad::{Error, Motion, PadModelFile, Response};
+use fingerpad::{Error, Motion, PadModelFile, Tuning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -35,7 +35,7 @@ pub struct Tables {
 
 impl Tables {
     fn pad(&self) -> PadInPlace<'_> {
-        PadInPlace { patches: &self.patches, numbers: &self.numbers }
+        PadInPlace::new(&self.patches, &self.numbers)
     }
 }
 
@@ -45,7 +45,7 @@ pub struct Pad {
     bytes: Vec<u8>,
     meta: String,
     pub tables: Arc<Tables>,
-    pub tuning: Option<PadTuning>,
+    pub tuning: Tuning,
 }
 
 impl Pad {
@@ -58,16 +58,16 @@ impl Pad {
             return Err(Error::Shape { elements: patches.len() as u32, nodes: MOST as u32 });
         }
         let tables = Arc::new(Tables { patches, numbers: *file.pad.numbers });
-        Ok(Self { bytes: bytes.to_vec(), meta: file.meta.to_owned(), tables, tuning: None })
+        Ok(Self { bytes: bytes.to_vec(), meta: file.meta.to_owned(), tables, tuning: Tuning::default() })
     }
 
     fn size(&self) -> f32 {
-        self.tuning.map_or(1.0, |tuning| tuning.size)
+        self.tuning.size
     }
 }
 
 /// Content of a pickled pad: its file and, if it is tuned, size, stiffness and lambda.
-type Pickled<'py> = (Bound<'py, PyBytes>, Option<[f32; 3]>);
+type Pickled<'py> = (Bound<'py, PyBytes>, [f32; 3]);
 
 /// Text of the error for a file that is no pad.
 pub fn error_text(error: &Error) -> String {
@@ -162,21 +162,16 @@ impl Pad {
 
     #[getter]
     fn tuning(&self) -> (f32, f32, f32) {
-        let PadTuning { size, stiffness, lambda } = self.tuning.unwrap_or_default();
+        let Tuning { size, stiffness, lambda } = self.tuning;
         (size, stiffness, lambda)
     }
 
     #[pyo3(signature = (*, size=1.0, stiffness=1.0, lambda_factor=1.0))]
     fn tuned(&self, size: f32, stiffness: f32, lambda_factor: f32) -> PyResult<Self> {
         error::check_tuning(size, stiffness, lambda_factor)?;
-        let tuning = PadTuning { size, stiffness, lambda: lambda_factor };
+        let tuning = Tuning { size, stiffness, lambda: lambda_factor };
         self.tables.pad().tuned(tuning).map_err(error::model)?;
-        Ok(Self {
-            bytes: self.bytes.clone(),
-            meta: self.meta.clone(),
-            tables: self.tables.clone(),
-            tuning: Some(tuning),
-        })
+        Ok(Self { bytes: self.bytes.clone(), meta: self.meta.clone(), tables: self.tables.clone(), tuning })
     }
 
     #[pyo3(signature = (friction_x_n, friction_y_n=None, *, margin=None, strength_factor=None, pitch_deg=None, roll_deg=None, body=None))]
@@ -197,7 +192,7 @@ impl Pad {
 
     fn __repr__(&self) -> String {
         let ((low, high), most) = (self.pitch_range_deg(), self.tables.numbers.roll_max_deg);
-        let words = if self.tuning.is_some() { ", tuned" } else { "" };
+        let words = if self.tuning == Tuning::default() { "" } else { ", tuned" };
         format!(
             "<fingerpad.Pad: {} patches, depth 0 to {:.2} mm, normal force 0 to {:.2} N on a plane at pitch {} deg, pitch {low} to {high} deg, \
              roll {} to {most} deg{words}>",
@@ -222,9 +217,8 @@ impl Pad {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let py = slf.py();
         let this = slf.get();
-        let values = this.tuning.map(|t| [t.size, t.stiffness, t.lambda]);
         let unpickle = py.import("fingerpad._pickle")?.getattr("pad")?;
-        Ok((unpickle, (this.to_bytes(py), values)))
+        Ok((unpickle, (this.to_bytes(py), this.tuning().into())))
     }
 }
 
@@ -243,7 +237,7 @@ pub fn body(kind: &str, [radius_mm, axis_deg, angle_deg]: [f32; 3]) -> Option<Bo
 #[derive(Clone)]
 pub struct Patches<const P: usize> {
     tables: Arc<Tables>,
-    tuning: Option<PadTuning>,
+    tuning: Tuning,
     body: Body,
     /// Body and tuning in words: a saved state belongs to one of each.
     description: String,
@@ -265,6 +259,10 @@ impl<const P: usize> Patches<P> {
         Ok(Some(made))
     }
 
+    fn pad(&self) -> PadInPlace<'_> {
+        self.tables.pad().tuned(self.tuning).expect("`Pad::tuned` has checked the factors")
+    }
+
     /// Head of saved states: body and tuning in words behind their length.
     fn head(&self) -> Vec<u8> {
         let length = self.description.len() as u16;
@@ -273,7 +271,7 @@ impl<const P: usize> Patches<P> {
 
     /// A contact in the air over the body. In a plane every pose turns about the same point.
     fn in_the_air(&self, pose_deg: [f32; 2]) -> PadState<P> {
-        let pad = self.tables.pad();
+        let pad = self.pad();
         let made = if self.body == Body::Plane { PadState::new(&pad) } else { PadState::over(&pad, pose_deg) };
         made.expect("`new` has made one of as many patches")
     }
@@ -287,7 +285,7 @@ fn head_of(bytes: &[u8]) -> &[u8] {
 
 /// Advances contacts on one body.
 fn step_all<const P: usize, B: Surface<f32>>(
-    step: impl Fn(&mut PadState<P>, &B, Motion, [f32; 2]) -> Response,
+    pad: &PadInPlace<'_>,
     body: &B,
     (states, poses_deg): (&mut [PadState<P>], &[[f32; 2]]),
     row: &Row,
@@ -300,7 +298,7 @@ fn step_all<const P: usize, B: Surface<f32>>(
         }
         let [pitch, roll] = poses_deg[i];
         let pose = [row.pitch_deg.get(i).copied().unwrap_or(pitch), row.roll_deg.get(i).copied().unwrap_or(roll)];
-        write_response(&step(state, body, row.motion(i), pose), out);
+        write_response(&pad.step(state, body, row.motion(i), pose), out);
     }
 }
 
@@ -312,23 +310,19 @@ impl<const P: usize> Group for Patches<P> {
     fn step(&mut self, first: usize, row: &Row, out: &mut [u32]) -> Result<(), Error> {
         let count = row.depth_mm.len();
         let words = out.len() / count.max(1);
-        let pad = self.tables.pad();
+        let pad = self.pad();
         let contacts = (&mut self.states[first..first + count], &self.poses_deg[first..first + count]);
-        match (self.tuning, self.body) {
-            (None, Body::Plane) => step_all(|s, b, m, p| pad.step(s, b, m, p), &Plane, contacts, row, out),
-            (None, body) => step_all(|s, b, m, p| pad.step(s, b, m, p), &body, contacts, row, out),
-            (Some(tuning), body) => {
-                let tuned = pad.tuned(tuning)?;
-                step_all(|s, b, m, p| tuned.step(s, b, m, p), &body, contacts, row, out);
-            }
+        match self.body {
+            Body::Plane => step_all(&pad, &Plane, contacts, row, out),
+            body => step_all(&pad, &body, contacts, row, out),
         }
         self.watches.look(first, out, words);
         Ok(())
     }
 
     fn state(&self) -> (Vec<f32>, Vec<f32>) {
-        let size = self.tuning.map_or(1.0, |tuning| tuning.size);
-        self.states.iter().map(|state| (state.depth_mm() * size, state.strength_factor())).unzip()
+        let pad = self.pad();
+        self.states.iter().map(|state| (pad.depth_mm(state), state.strength_factor())).unzip()
     }
 
     fn reset(&mut self, which: &[bool]) {
@@ -376,27 +370,19 @@ impl<const P: usize> Group for Patches<P> {
     }
 
     fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error> {
-        let pad = self.tables.pad();
-        let tuned = self.tuning.map(|tuning| pad.tuned(tuning)).transpose()?;
+        let pad = self.pad();
         for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
             for (motion, out) in motions.iter().zip(out) {
-                *out = match &tuned {
-                    Some(tuned) => tuned.full_slip(state, &self.body, *motion),
-                    None => pad.full_slip(state, &self.body, *motion),
-                };
+                *out = pad.full_slip(state, &self.body, *motion);
             }
         }
         Ok(())
     }
 
     fn patches(&self, out: &mut [f32]) {
-        let pad = self.tables.pad();
-        let tuned = self.tuning.and_then(|tuning| pad.tuned(tuning).ok());
+        let pad = self.pad();
         for (state, out) in self.states.iter().zip(out.chunks_exact_mut(PATCH * pad.patches.len())) {
-            let patches = match &tuned {
-                Some(tuned) => tuned.patch_states(state, &self.body),
-                None => pad.patch_states(state, &self.body),
-            };
+            let patches = pad.patch_states(state, &self.body);
             for (patch, out) in patches.iter().zip(out.as_chunks_mut::<PATCH>().0) {
                 let PatchState { place_mm: [x, y, z], pressure_mpa, traction_mpa: [tx, ty], .. } = *patch;
                 *out = [x, y, z, pressure_mpa, tx, ty, patch.contact_area_mm2, patch.stick_ratio, patch.used];

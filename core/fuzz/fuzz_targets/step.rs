@@ -2,9 +2,7 @@
 //! unflagged. `cargo +nightly fuzz run step -- -max_total_time=60`
 #![no_main]
 
-use fingerpad::{
-    Drive, Motion, Normal, Params, Response, SpinState, State, Status, Tangential, Tuned, Tuning, step,
-};
+use fingerpad::{Drive, Motion, Normal, Params, Response, SpinState, State, Status, Tangential, Tuning, step};
 use libfuzzer_sys::fuzz_target;
 
 /// Bytes of one command: what to do, and five numbers.
@@ -19,7 +17,7 @@ fn in_range(r: &Response) {
 }
 
 /// Requests that leave the state alone.
-fn ask(model: &Tuned<'_>, state: &State, f: [f32; 5]) {
+fn ask(model: &Model<'_>, state: &State, f: [f32; 5]) {
     let g = model.gradient(state, [f[0], f[1], f[2]]);
     assert!(g.normal_n_mm.iter().chain(g.friction_n_mm.as_flattened()).all(|x| x.is_finite()), "{g:?}");
     let grip = model.least_grip([f[0], f[1]], f[2], f[3]);
@@ -41,7 +39,7 @@ fuzz_target!(|input: &[u8]| {
                 spinning.set_strength_factor(f[3]);
             }
             1 => {
-                let to = Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] };
+                let to = Tuning { size: f[0], stiffness: f[1], lambda: f[2] };
                 tuning = fitted.tuned(to).map_or(tuning, |_| to);
                 continue;
             }

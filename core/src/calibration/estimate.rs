@@ -4,7 +4,7 @@
 
 use super::UNKNOWNS;
 use super::readings::Reading;
-use crate::math::{Arithmetic, Scalar, sqrt};
+use crate::math::{Scalar, sqrt};
 
 /// Residuals beyond so many of their standard deviations weigh less (Huber 1964, Ann. Math. Statist. 35:73).
 const SURPRISE: f32 = 3.0;

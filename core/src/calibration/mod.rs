@@ -23,9 +23,8 @@ use outcome::NAMES;
 pub use outcome::{Calibrated, Measured, NotCalibrated, Settings, Unknown};
 use readings::{Gathering, Reading};
 
-use crate::math::{Arithmetic, Scalar, sqrt};
-use crate::rescaling::Scaled;
-use crate::{Error, ModelOf, Motion, Response, StateOf, Tuning, step};
+use crate::math::{Scalar, sqrt};
+use crate::{ModelOf, Motion, Response, StateOf, Tuning, step};
 
 /// Unknowns: size, stiffness, lambda, zero of the depth.
 const UNKNOWNS: usize = 4;
@@ -55,7 +54,7 @@ const DEPTHS: f32 = 1.5;
 /// A finger that goes over the blocks.
 #[derive(Clone, Copy, Debug)]
 struct Twin<'a, const M: usize, const N: usize> {
-    model: ModelOf<'a, M, N, Scaled>,
+    model: ModelOf<'a, M, N>,
     depth_offset_mm: f32,
     state: StateOf<M>,
 }
@@ -73,7 +72,7 @@ struct Twin<'a, const M: usize, const N: usize> {
 /// use fingerpad::{Motion, Params};
 ///
 /// let data = Params::example().try_build()?;
-/// let mut calibration = Calibration::<4, 37>::new(&data.model()?, Settings::default())?;
+/// let mut calibration = Calibration::<4, 37>::new(&data.model()?, Settings::default());
 /// let air = Motion { depth_mm: -0.1, dt_s: 1e-3, ..Motion::default() };
 /// calibration.step(air, Measured::default());
 /// assert_eq!(calibration.result(), Err(NotCalibrated::NoContact));
@@ -104,11 +103,8 @@ const RANGES: [[f32; 2]; UNKNOWNS] = [[0.5, 2.0], [0.2, 5.0], [0.1, 10.0], [-0.5
 
 impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B> {
     /// A calibration that begins with the model's own finger, in the air.
-    ///
-    /// # Errors
-    /// Those of [`ModelOf::tuned`], which do not occur here for a model that loads.
-    pub fn new(model: &ModelOf<'a, M, N>, settings: Settings) -> Result<Self, Error> {
-        let twin = Twin { model: model.tuned(Tuning::default())?, depth_offset_mm: 0.0, state: StateOf::default() };
+    pub fn new(model: &ModelOf<'a, M, N>, settings: Settings) -> Self {
+        let twin = Twin { model: *model, depth_offset_mm: 0.0, state: StateOf::default() };
         let mut this = Self {
             fitted: *model,
             settings,
@@ -125,7 +121,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
             seen: 0,
         };
         this.retune();
-        Ok(this)
+        this
     }
 
     /// Takes in one step, the motion with the depth as the device has it and the forces measured at its end, and works on one
@@ -349,7 +345,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
             return Err(NotCalibrated::Unsettled);
         }
         let found = self.so_far();
-        let Tuning { size, stiffness, lambda, .. } = found.tuning;
+        let Tuning { size, stiffness, lambda } = found.tuning;
         let values = [size, stiffness, lambda, found.depth_offset_mm];
         for ((what, value), [low, high]) in NAMES.into_iter().zip(values).zip(RANGES) {
             if value <= low || value >= high {
@@ -393,7 +389,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     }
 
     /// The model of the finger found. Depths are then to be given with [`Calibrated::depth_offset_mm`] added.
-    pub fn model(&self) -> Result<ModelOf<'a, M, N, Scaled>, NotCalibrated> {
+    pub fn model(&self) -> Result<ModelOf<'a, M, N>, NotCalibrated> {
         let [estimated, ..] = self.twins;
         self.result().map(|_| estimated.model)
     }
@@ -408,7 +404,6 @@ fn finger(estimate: Vector) -> (Tuning, f32) {
         size: factor(s, size, RANGES[0][1]),
         stiffness: factor(e, stiffness, RANGES[1][1]),
         lambda: factor(l, lambda, RANGES[2][1]),
-        tau0_mpa: 0.0,
     };
     (tuning, (offset * OFFSET_UNIT_MM).clamp(zero, RANGES[OFFSET][1]))
 }

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::EffectSlot;
 use crate::error::Field;
-use crate::math::{Arithmetic, sqrt};
-use crate::rescaling::{STIFFNESS_FACTOR, Scaling};
+use crate::math::{Scalar, sqrt};
+use crate::tuning::STIFFNESS_FACTOR;
 use crate::{Error, FileOf, ModelOf, Motion, Response, Status, step};
 
 /// Least value of a slot where it must be positive.
@@ -122,9 +122,9 @@ impl<'a, L: Library> Effects<'a, L> {
     /// What leads beyond its range is held there and flagged by [`Status::EFFECT_HELD`]: a strength factor beyond 0.1 to 5 or
     /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is not a number or beyond
     /// 1000 N, which is left out; a table beyond the range of its driver, and one without it, which is left out.
-    pub fn step<const M: usize, const N: usize, const P: usize, S: Scaling<f32>>(
+    pub fn step<const M: usize, const N: usize, const P: usize>(
         &self,
-        model: &ModelOf<'_, M, N, S>,
+        model: &ModelOf<'_, M, N>,
         contact: &mut Contact<M, P>,
         surroundings: Surroundings,
         motion: Motion,

@@ -107,7 +107,7 @@ fn the_sensors_laws_are_in_its_readings_alone() {
 fn the_callers_strength_and_tuning_stay() {
     let data = Params::example().try_build().unwrap();
     let model = data.model().unwrap();
-    let tuning = crate::Tuning { size: 1.1, stiffness: 1.5, lambda: 1.2, tau0_mpa: 0.0 };
+    let tuning = crate::Tuning { size: 1.1, stiffness: 1.5, lambda: 1.2 };
     let tuned = model.tuned(tuning).unwrap();
     let softened = model.tuned(crate::Tuning { stiffness: 1.5 * 0.8, ..tuning }).unwrap();
     let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };

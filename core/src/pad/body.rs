@@ -2,7 +2,8 @@
 //!
 //! Main trait: [`Surface`]. In the body's frame z points out of it at its apex, which is the origin; the material is below.
 
-use crate::math::{Arithmetic, Elementary, Scalar};
+use crate::math::{Elementary, Scalar};
+use crate::tuning::Units;
 
 use super::vector::{Vec3, cross, plus, times};
 
@@ -25,7 +26,7 @@ pub trait Surface<T> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plane;
 
-impl<T: Arithmetic> Surface<T> for Plane {
+impl<T: Scalar> Surface<T> for Plane {
     #[inline(always)]
     fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
         (-place[2], [T::of(0.0), T::of(0.0), T::of(-1.0)])
@@ -220,7 +221,7 @@ pub(crate) struct Spread<T> {
 ///
 /// On a plane the overlap is that of the middle. On a curved body the skin beside it is farther away or nearer.
 #[inline(always)]
-pub(crate) fn mean<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> (T, Vec3<T>) {
+pub(crate) fn mean<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> (T, Vec3<T>) {
     if body.is_plane() {
         return body.overlap(place);
     }
@@ -237,7 +238,7 @@ pub(crate) fn mean<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sides
 }
 
 /// The spread of the overlap within a patch at a place.
-pub(crate) fn spread<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> Spread<T> {
+pub(crate) fn spread<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> Spread<T> {
     let sixth = T::of(1.0 / 6.0);
     let (overlap, _) = mean(body, place, sides);
     let zero = [T::of(0.0); 3];
@@ -260,7 +261,7 @@ pub(crate) fn spread<T: Arithmetic>(body: &impl Surface<T>, place: &Vec3<T>, sid
 const BESIDE_MM: f32 = 2.0;
 
 /// Mean slope from the apex of a body to points beside it; 0 for a plane.
-pub(crate) fn steepness<T: Arithmetic>(body: &impl Surface<T>) -> T {
+pub(crate) fn steepness<T: Scalar>(body: &impl Surface<T>) -> T {
     if body.is_plane() {
         return T::of(0.0);
     }
@@ -273,8 +274,35 @@ pub(crate) fn steepness<T: Arithmetic>(body: &impl Surface<T>) -> T {
 
 /// The point of the surface over a place of the tangent plane.
 #[inline(always)]
-pub(crate) fn point<T: Arithmetic>(body: &impl Surface<T>, place: [T; 2]) -> Vec3<T> {
+pub(crate) fn point<T: Scalar>(body: &impl Surface<T>, place: [T; 2]) -> Vec3<T> {
     [place[0], place[1], body.height(place)]
+}
+
+/// A body in the units of the fitted finger.
+pub(crate) struct InUnits<'a, B, T> {
+    body: &'a B,
+    length: T,
+    per_length: T,
+}
+
+impl<'a, B, T: Scalar> InUnits<'a, B, T> {
+    pub(crate) fn new(body: &'a B, units: &Units<T>) -> Self {
+        Self { body, length: units.length, per_length: units.per_length }
+    }
+}
+
+impl<T: Elementary, B: Surface<T>> Surface<T> for InUnits<'_, B, T> {
+    #[inline(always)]
+    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+        let (overlap, slope) = self.body.overlap(&place.map(|x| x * self.length));
+        (overlap * self.per_length, slope)
+    }
+    fn height(&self, place: [T; 2]) -> T {
+        self.body.height(place.map(|x| x * self.length)) * self.per_length
+    }
+    fn is_plane(&self) -> bool {
+        self.body.is_plane()
+    }
 }
 
 #[cfg(test)]

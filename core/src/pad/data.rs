@@ -4,7 +4,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::math::{Arithmetic, Scalar};
+use crate::math::Scalar;
+use crate::tuning::Units;
+use crate::{Error, Tuning};
 
 use super::vector::{Bulk, Packed, Vec3, along};
 use super::{FIRST_TOUCH_TERMS, MODES};
@@ -92,7 +94,7 @@ pub struct Law<T = f32> {
 }
 
 /// Terms of the height of first touch: products of the normal's x and of the square of its y, in the finger's frame.
-pub fn first_touch_terms<T: Arithmetic>(x: T, y: T) -> [T; FIRST_TOUCH_TERMS] {
+pub fn first_touch_terms<T: Scalar>(x: T, y: T) -> [T; FIRST_TOUCH_TERMS] {
     let one = T::of(1.0);
     let y = y * y;
     let (x2, y2) = (x * x, y * y);
@@ -142,7 +144,7 @@ impl<T: Scalar> Patch<T> {
 
 impl Patch {
     /// The same in another scalar.
-    pub fn cast<U: Arithmetic>(&self) -> Patch<U> {
+    pub fn cast<U: Scalar>(&self) -> Patch<U> {
         let of = U::of;
         Patch {
             middle_mm: self.middle_mm.map(of),
@@ -156,7 +158,7 @@ impl Patch {
 
 impl Numbers {
     /// The same in another scalar.
-    pub fn cast<U: Arithmetic>(&self) -> Numbers<U> {
+    pub fn cast<U: Scalar>(&self) -> Numbers<U> {
         let of = U::of;
         let law = &self.law;
         Numbers {
@@ -195,11 +197,37 @@ pub struct Pad<'a, T = f32> {
     pub patches: &'a [Patch<T>],
     /// What holds for all of them.
     pub numbers: &'a Numbers<T>,
+    /// Units of the finger over those of the numbers; see [`Pad::tuned`].
+    pub(crate) units: Units<T>,
 }
 
-impl<T: Arithmetic> Pad<'_, T> {
+impl<'a, T: Scalar> Pad<'a, T> {
+    /// A pad on these numbers, as they are.
+    pub fn new(patches: &'a [Patch<T>], numbers: &'a Numbers<T>) -> Self {
+        Self { patches, numbers, units: Units::fitted() }
+    }
+
+    /// The same pad for another finger, relative to the fitted one. A state belongs to one tuning.
+    ///
+    /// # Errors
+    /// [`Error::Range`] with the factor that is out of its range.
+    pub fn tuned(&self, tuning: Tuning) -> Result<Self, Error> {
+        let [_, beta] = self.numbers.law.friction;
+        Ok(Self { units: Units::new(&tuning, beta)?, ..*self })
+    }
+
+    /// Largest depth for which the pad was fitted, mm.
+    pub fn depth_max_mm(&self) -> T {
+        self.numbers.depth_max_mm * self.units.length
+    }
+
     /// Height of the plane at first touch over the origin, along its normal (finger's frame), mm.
     pub fn first_touch_mm(&self, normal: &[T; 3]) -> T {
+        self.fitted_first_touch_mm(normal) * self.units.length
+    }
+
+    /// The same of the fitted finger.
+    pub(crate) fn fitted_first_touch_mm(&self, normal: &[T; 3]) -> T {
         let terms = first_touch_terms(normal[0], normal[1]);
         let mut sum = T::of(0.0);
         for (term, coefficient) in terms.iter().zip(&self.numbers.first_touch_mm) {

@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 
-use crate::math::{Arithmetic, Elementary};
+use crate::math::{Elementary, Scalar};
 
 use super::body::{Surface, mean, point};
 use super::patch::Compressed;
@@ -82,7 +82,7 @@ pub(crate) struct Acting<T> {
     pub pull: Vec3<T>,
 }
 
-impl<T: Arithmetic> Acting<T> {
+impl<T: Scalar> Acting<T> {
     pub fn nothing() -> Self {
         let zero = T::of(0.0);
         Self {

@@ -118,9 +118,9 @@ impl Default for ExamplePad {
     }
 }
 
-impl<T> ExamplePad<T> {
+impl<T: Scalar> ExamplePad<T> {
     /// Ready to step.
     pub fn pad(&self) -> Pad<'_, T> {
-        Pad { patches: &self.patches, numbers: &self.numbers }
+        Pad::new(&self.patches, &self.numbers)
     }
 }

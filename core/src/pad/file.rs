@@ -45,7 +45,7 @@ impl<'a> PadFile<'a> {
         let patches: &[Patch] =
             bytemuck::try_cast_slice(section(bytes, PATCHES)?).map_err(|_| Error::Section { id: PATCHES })?;
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
-        let pad = Pad { patches, numbers };
+        let pad = Pad::new(patches, numbers);
         pad.check()?;
         Ok(Self { pad, meta })
     }

@@ -25,7 +25,6 @@ mod requests;
 mod save;
 mod state;
 mod step;
-mod tuned;
 mod vector;
 
 pub use body::{Body, Cylinder, Edge, Plane, Sphere, Surface};
@@ -34,7 +33,6 @@ pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;
 pub use save::pad_state_bytes;
 pub use state::{PadState, PatchState};
-pub use tuned::{PadTuning, TunedPad};
 
 /// Coordinates of the bulk.
 pub const MODES: usize = 16;

@@ -103,7 +103,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         state.tilt = pad.tilt(pose_deg).0;
         // In the neutral pose it is the origin, which the fitted heights meet within their error.
         if state.tilt != zeros() {
-            state.pivot = pad.first_touch_point_mm(pose_deg);
+            state.pivot = pad.fitted_first_touch_point_mm(pose_deg);
         }
         Ok(state)
     }
@@ -117,11 +117,6 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             self.strength_factor = if factor < least { least } else { factor.at_most(most) };
         }
         self.strength_factor
-    }
-
-    /// The depth of the last step, mm.
-    pub fn depth_mm(&self) -> T {
-        self.depth
     }
 
     /// The factor on all strengths; 1 unless set.

@@ -8,7 +8,7 @@ use crate::math::Elementary;
 use crate::step::rare;
 use crate::{Motion, Regime, Response, Status};
 
-use super::body::{Sides, Surface, spread, steepness};
+use super::body::{InUnits, Sides, Surface, spread, steepness};
 use super::equilibrium::{Acting, Awake, Equations, Frame, Placed, held};
 use super::patch::{Compressed, flat_rate};
 use super::state::{APART, PadState};
@@ -64,16 +64,21 @@ impl<T: Elementary> Pad<'_, T> {
     /// The point of the undeformed finger that a plane touches first in a pose (pitch and roll, degrees, held within those of the fit),
     /// along the axes of the finger, mm.
     pub fn first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
+        self.fitted_first_touch_point_mm(pose_deg).map(|x| x * self.units.length)
+    }
+
+    /// The same of the fitted finger.
+    pub(crate) fn fitted_first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
         let axes = axes(self.tilt(pose_deg).0);
         // The slope of the height over the plane's turn is the place along the plane.
         let step = 1.0 / 1024.0;
         let height = |axis: usize, by: f32| {
             let raw = plus(&axes[2], &times(&axes[axis], T::of(by)));
             let one = T::of(1.0) / dot(&raw, &raw).magnitude().sqrt();
-            self.first_touch_mm(&times(&raw, one))
+            self.fitted_first_touch_mm(&times(&raw, one))
         };
         let along = [0, 1].map(|k| (height(k, step) - height(k, -step)) / T::of(2.0 * step));
-        turned_back(&axes, &[along[0], along[1], self.first_touch_mm(&axes[2])])
+        turned_back(&axes, &[along[0], along[1], self.fitted_first_touch_mm(&axes[2])])
     }
 
     /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
@@ -90,18 +95,23 @@ impl<T: Elementary> Pad<'_, T> {
         motion: Motion<T>,
         pose_deg: [T; 2],
     ) -> Response<T> {
-        self.step_with(state, body, motion, pose_deg, T::of(1.0))
+        let per_length = self.units.per_length;
+        let motion = Motion {
+            depth_mm: motion.depth_mm * per_length,
+            slide_increment_mm: motion.slide_increment_mm.map(|slide| slide * per_length),
+            ..motion
+        };
+        self.units.response(self.fitted_step(state, &InUnits::new(body, &self.units), motion, pose_deg))
     }
 
-    /// The same with all strengths multiplied by `strength`, beside the state's own factor.
+    /// The same in the units of the fitted finger.
     #[inline(always)]
-    pub(crate) fn step_with<const P: usize>(
+    fn fitted_step<const P: usize>(
         &self,
         state: &mut PadState<P, T>,
         body: &impl Surface<T>,
         motion: Motion<T>,
         pose_deg: [T; 2],
-        strength: T,
     ) -> Response<T> {
         if !state.is_consistent() {
             rare();
@@ -115,7 +125,7 @@ impl<T: Elementary> Pad<'_, T> {
         }
         let start = state.bulk;
         state.foresee(motion);
-        let equations = self.equations(state, body, strength);
+        let equations = self.equations(state, body);
         let mut awake = Vec::<_, P>::new();
         self.wake(state, &equations, Wake::Near, &mut awake);
         let mut is_met = equations.solve(state, &mut awake);
@@ -230,7 +240,7 @@ impl<T: Elementary> Pad<'_, T> {
         let soft =
             [times(&turned_axes[0], across_soft), times(&turned_axes[1], across_soft), times(&normal, along_soft)];
         let [x, y] = [state.shift[0][0], state.shift[1][0]];
-        let height = self.first_touch_mm(&normal) - dot(&normal, &state.pivot) + state.depth;
+        let height = self.fitted_first_touch_mm(&normal) - dot(&normal, &state.pivot) + state.depth;
         Frame { axes: turned_axes, soft, apex: [cos * x + sin * y, cos * y - sin * x, height], pivot: state.pivot }
     }
 
@@ -253,13 +263,12 @@ impl<T: Elementary> Pad<'_, T> {
         &'a self,
         state: &PadState<P, T>,
         body: &'a B,
-        strength: T,
     ) -> Equations<'a, T, B> {
         Equations {
             numbers: self.numbers,
             body,
             frame: self.frame(state),
-            strength_factor: state.strength_factor * strength,
+            strength_factor: state.strength_factor * self.units.strength,
         }
     }
 

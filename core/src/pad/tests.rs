@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Motion, Regime, Response, Status};
+use crate::{Motion, Regime, Response, Status, Tuning};
 
 const N: usize = EXAMPLE_PATCHES;
 
@@ -393,7 +393,7 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     let example = ExamplePad::new().cast::<f64>();
     let pad = example.pad();
     let (s, e, lambda) = (1.25, 2.0, 0.75);
-    let tuning = PadTuning { size: s as f32, stiffness: e as f32, lambda: lambda as f32 };
+    let tuning = Tuning { size: s as f32, stiffness: e as f32, lambda: lambda as f32 };
     let tuned = pad.tuned(tuning).unwrap();
     let mut other = ExamplePad::new().cast::<f64>();
     // Coordinates of the bulk are roots of energies.
@@ -428,7 +428,7 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     let other = other.pad();
     assert!((tuned.depth_max_mm() - other.numbers.depth_max_mm).abs() < 1e-6);
     let body = Sphere { radius_mm: 12.0 };
-    let mut states = [tuned.over::<N>([30.0, 0.0]).unwrap(), PadState::<N, f64>::over(&other, [30.0, 0.0]).unwrap()];
+    let mut states = [&tuned, &other].map(|pad| PadState::<N, f64>::over(pad, [30.0, 0.0]).unwrap());
     let mut largest = [0.0f64; 3];
     for k in 0..60 {
         let x = if k % 30 < 20 { 0.05 } else { -0.06 };
@@ -453,9 +453,9 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     }
     assert!(largest.iter().all(|x| *x < 2e-3), "{largest:?}");
     for (tuning, what) in [
-        (PadTuning { size: 3.0, ..tuning }, crate::error::Field::Size),
-        (PadTuning { stiffness: f32::NAN, ..tuning }, crate::error::Field::Stiffness),
-        (PadTuning { lambda: 0.0, ..tuning }, crate::error::Field::Lambda),
+        (Tuning { size: 3.0, ..tuning }, crate::error::Field::Size),
+        (Tuning { stiffness: f32::NAN, ..tuning }, crate::error::Field::Stiffness),
+        (Tuning { lambda: 0.0, ..tuning }, crate::error::Field::Lambda),
     ] {
         assert!(matches!(pad.tuned(tuning), Err(crate::Error::Range { what: found, .. }) if found == what));
     }

@@ -2,7 +2,7 @@
 //!
 //! Plain arrays: every operation has one order on host and target, so that both get the same bits.
 
-use crate::math::{Arithmetic, Scalar};
+use crate::math::Scalar;
 
 use super::{MODES, PACKED};
 
@@ -15,51 +15,51 @@ pub(crate) type Bulk<T> = [T; MODES];
 pub(crate) type Packed<T> = [T; PACKED];
 
 #[inline(always)]
-pub(crate) fn zeros<T: Arithmetic, const K: usize>() -> [T; K] {
+pub(crate) fn zeros<T: Scalar, const K: usize>() -> [T; K] {
     [T::of(0.0); K]
 }
 
 #[inline(always)]
-pub(crate) fn dot<T: Arithmetic>(a: &Vec3<T>, b: &Vec3<T>) -> T {
+pub(crate) fn dot<T: Scalar>(a: &Vec3<T>, b: &Vec3<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross<T: Arithmetic>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn cross<T: Scalar>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline(always)]
-pub(crate) fn plus<T: Arithmetic>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn plus<T: Scalar>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn minus<T: Arithmetic>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn minus<T: Scalar>(a: &Vec3<T>, b: &Vec3<T>) -> Vec3<T> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn times<T: Arithmetic>(a: &Vec3<T>, s: T) -> Vec3<T> {
+pub(crate) fn times<T: Scalar>(a: &Vec3<T>, s: T) -> Vec3<T> {
     a.map(|x| x * s)
 }
 
 /// Matrix times vector.
 #[inline(always)]
-pub(crate) fn turned<T: Arithmetic>(m: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn turned<T: Scalar>(m: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
     [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]
 }
 
 /// Transposed matrix times vector.
 #[inline(always)]
-pub(crate) fn turned_back<T: Arithmetic>([a, b, c]: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn turned_back<T: Scalar>([a, b, c]: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
     let row = |x: T, y: T, z: T| x * v[0] + y * v[1] + z * v[2];
     [row(a[0], b[0], c[0]), row(a[1], b[1], c[1]), row(a[2], b[2], c[2])]
 }
 
 /// Sum of products over the bulk's coordinates.
 #[inline(always)]
-pub(crate) fn along<T: Arithmetic>(a: &Bulk<T>, b: &Bulk<T>) -> T {
+pub(crate) fn along<T: Scalar>(a: &Bulk<T>, b: &Bulk<T>) -> T {
     let mut sum = a[0] * b[0];
     for k in 1..MODES {
         sum += a[k] * b[k];
@@ -105,9 +105,9 @@ macro_rules! each_row {
 const _: () = assert!(MODES == 16);
 
 /// A symmetric matrix times a vector.
-pub(crate) fn symmetric<T: Arithmetic>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
+pub(crate) fn symmetric<T: Scalar>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
     #[inline(always)]
-    fn add<T: Arithmetic, const N: usize>(row: &[T; N], v: &Bulk<T>, out: &mut Bulk<T>) {
+    fn add<T: Scalar, const N: usize>(row: &[T; N], v: &Bulk<T>, out: &mut Bulk<T>) {
         let (by, mut sum) = (v[N - 1], T::of(0.0));
         // The diagonal goes into the sum alone.
         for k in 0..N - 1 {
@@ -123,14 +123,14 @@ pub(crate) fn symmetric<T: Arithmetic>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
 }
 
 /// Adds `scale` times v v'.
-pub(crate) fn add_square<T: Arithmetic>(m: &mut Packed<T>, v: &Bulk<T>, scale: T) {
+pub(crate) fn add_square<T: Scalar>(m: &mut Packed<T>, v: &Bulk<T>, scale: T) {
     add_products(m, [v], [&v.map(|x| x * scale)]);
 }
 
 /// Adds the sum of the products a b', of which only the lower triangle is read: it must be symmetric.
-pub(crate) fn add_products<T: Arithmetic, const K: usize>(m: &mut Packed<T>, a: [&Bulk<T>; K], b: [&Bulk<T>; K]) {
+pub(crate) fn add_products<T: Scalar, const K: usize>(m: &mut Packed<T>, a: [&Bulk<T>; K], b: [&Bulk<T>; K]) {
     #[inline(always)]
-    fn add<T: Arithmetic, const N: usize, const K: usize>(row: &mut [T; N], a: &[&Bulk<T>; K], b: &[&Bulk<T>; K]) {
+    fn add<T: Scalar, const N: usize, const K: usize>(row: &mut [T; N], a: &[&Bulk<T>; K], b: &[&Bulk<T>; K]) {
         for k in 0..N {
             for (a, b) in a.iter().zip(b) {
                 row[k] += a[N - 1] * b[k];
@@ -144,9 +144,9 @@ pub(crate) fn add_products<T: Arithmetic, const K: usize>(m: &mut Packed<T>, a: 
 const LEAST_PIVOT: f32 = 0.25;
 
 /// Adds to the diagonal.
-pub(crate) fn add_diagonal<T: Arithmetic>(m: &mut Packed<T>, x: T) {
+pub(crate) fn add_diagonal<T: Scalar>(m: &mut Packed<T>, x: T) {
     #[inline(always)]
-    fn add<T: Arithmetic, const N: usize>(row: &mut [T; N], x: T) {
+    fn add<T: Scalar, const N: usize>(row: &mut [T; N], x: T) {
         row[N - 1] += x;
     }
     each_row!(mut m, row => add(row, x));
@@ -176,12 +176,12 @@ impl Rounded {
 }
 
 #[inline(always)]
-fn number<T: Arithmetic>(upper: u16) -> T {
+fn number<T: Scalar>(upper: u16) -> T {
     T::of(f32::from_bits(u32::from(upper) << 16))
 }
 
 /// Replaces a symmetric matrix by its factor: L D L' with ones on the diagonal of L, 1/D in their place.
-pub(crate) fn factor<T: Arithmetic + PartialOrd>(m: &mut Packed<T>) {
+pub(crate) fn factor<T: Scalar + PartialOrd>(m: &mut Packed<T>) {
     for row in 0..MODES {
         let (before, rest) = m.split_at_mut((row * (row + 1) / 2).min(PACKED));
         let Some((own, diagonal)) = rest.get_mut(..=row).and_then(|own| own.split_last_mut().map(|(d, o)| (o, d)))
@@ -216,9 +216,9 @@ pub(crate) fn factor<T: Arithmetic + PartialOrd>(m: &mut Packed<T>) {
 }
 
 /// Solution with a factor of [`factor`].
-pub(crate) fn solve<T: Arithmetic>(m: &Rounded, right: &Bulk<T>) -> Bulk<T> {
+pub(crate) fn solve<T: Scalar>(m: &Rounded, right: &Bulk<T>) -> Bulk<T> {
     #[inline(always)]
-    fn down<T: Arithmetic, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
+    fn down<T: Scalar, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
         let mut sum = x[N - 1];
         for k in 0..N - 1 {
             sum -= number::<T>(row[k]) * x[k];
@@ -226,14 +226,14 @@ pub(crate) fn solve<T: Arithmetic>(m: &Rounded, right: &Bulk<T>) -> Bulk<T> {
         x[N - 1] = sum;
     }
     #[inline(always)]
-    fn up<T: Arithmetic, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
+    fn up<T: Scalar, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
         let value = x[N - 1];
         for k in 0..N - 1 {
             x[k] -= number::<T>(row[k]) * value;
         }
     }
     #[inline(always)]
-    fn scale<T: Arithmetic, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
+    fn scale<T: Scalar, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
         x[N - 1] *= number(row[N - 1]);
     }
     let (mut x, rows) = (*right, &m.0);

@@ -1,19 +1,13 @@
 //! Many contacts at once: the bits of one by one, on calm and on disturbed motions.
 
 use crate::common::{Noise, models};
-use fingerpad::{
-    Fitted, Forces, ModelOf, Motion, Motions, Regime, Scaling, SimdScaling, StateOf, Status, Tuning, step,
-};
+use fingerpad::{Forces, ModelOf, Motion, Motions, Regime, StateOf, Status, Tuning, step};
 
-/// One contact more than three times eight and four that are left over.
 const COUNT: usize = 29;
 
 /// Steps `COUNT` contacts together and one by one over a path that presses, slides, turns back, lifts and, if `disturbed`,
 /// has noise, jumps, values that are not numbers and changes of strength.
-fn compare<const P: usize, S>(model: &ModelOf<'_, 4, 37, S>, disturbed: bool)
-where
-    S: Scaling<f32> + SimdScaling,
-{
+fn compare<const P: usize>(model: &ModelOf<'_, 4, 37>, disturbed: bool) {
     let mut together = [StateOf::<4, P>::default(); COUNT];
     let mut alone = together;
     let (mut numbers, mut regime, mut status) = ([[0.0f32; COUNT]; 6], [Regime::NoContact; COUNT], [Status::OK; COUNT]);
@@ -75,13 +69,13 @@ where
 #[test]
 fn a_batch_has_the_bits_of_single_steps() {
     for (_, data) in models() {
-        let model: ModelOf<'_, 4, 37, Fitted> = data.model().unwrap();
-        let tuned = model.tuned(Tuning { size: 1.1, stiffness: 1.4, lambda: 0.8, tau0_mpa: 0.002 }).unwrap();
+        let model = data.model().unwrap();
+        let tuned = model.tuned(Tuning { size: 1.1, stiffness: 1.4, lambda: 0.8 }).unwrap();
         for disturbed in [false, true] {
-            compare::<1, _>(&model, disturbed);
-            compare::<2, _>(&model, disturbed);
-            compare::<1, _>(&tuned, disturbed);
-            compare::<2, _>(&tuned, disturbed);
+            compare::<1>(&model, disturbed);
+            compare::<2>(&model, disturbed);
+            compare::<1>(&tuned, disturbed);
+            compare::<2>(&tuned, disturbed);
         }
     }
 }

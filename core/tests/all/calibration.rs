@@ -2,7 +2,7 @@
 
 use crate::common::{Noise, models, motion};
 use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
-use fingerpad::{Data, Model, Motion, Response, State, Tuned, Tuning, step};
+use fingerpad::{Data, Model, Motion, Response, State, Tuning, step};
 
 type Calibrator<'a> = Calibration<'a, 4, 37>;
 
@@ -43,7 +43,7 @@ fn calibrate<'a>(
 ) -> Calibrator<'a> {
     let finger = model.tuned(truth).unwrap();
     let (mut state, mut noise, mut count) = (State::default(), Noise(7), 0u32);
-    let mut calibration = Calibrator::new(model, settings).unwrap();
+    let mut calibration = Calibrator::new(model, settings);
     along(corners, |m| {
         let r = step(&finger, &mut state, Motion { depth_mm: m.depth_mm - disturbance.late_mm, ..m });
         count += 1;
@@ -70,7 +70,7 @@ fn settle(mut calibration: Calibrator<'_>) -> Calibrator<'_> {
 
 /// Largest errors of normal force and friction of a model against another along a path that the calibration has not seen, shares
 /// of the largest force.
-fn unseen(found: &Tuned<'_>, truth: &Tuned<'_>) -> [f32; 2] {
+fn unseen(found: &Model<'_>, truth: &Model<'_>) -> [f32; 2] {
     let path: &[[f32; 2]] = &[[1.4, 0.0], [1.4, -2.0], [0.8, -1.0], [0.8, 2.0], [1.2, 2.0], [1.2, 1.0]];
     let (mut a, mut b) = (State::default(), State::default());
     let (mut most, mut apart) = ([0.0f32; 2], [0.0f32; 2]);
@@ -86,7 +86,7 @@ fn unseen(found: &Tuned<'_>, truth: &Tuned<'_>) -> [f32; 2] {
 }
 
 fn tuning([size, stiffness, lambda]: [f32; 3]) -> Tuning {
-    Tuning { size, stiffness, lambda, tau0_mpa: 0.0 }
+    Tuning { size, stiffness, lambda }
 }
 
 /// The table: errors of what was found, and of forces on a path not seen, clean beside disturbed.
@@ -156,7 +156,7 @@ fn standard_errors_are_those_of_repetitions() {
     let repetitions = 12;
     for seed in 0..repetitions {
         let (mut state, mut noise) = (State::default(), Noise(1000 + seed));
-        let mut calibration = Calibrator::new(&model, Settings::default()).unwrap();
+        let mut calibration = Calibrator::new(&model, Settings::default());
         along(GUIDE, |m| {
             let r = step(&finger, &mut state, m);
             let mut reading = |force: f32| force * (1.0 + 0.2 * noise.next());
@@ -201,7 +201,7 @@ fn finite_elements() -> [Vec<[f32; 6]>; 2] {
 
 /// Root mean square errors of normal force and friction of a model on the rows, shares of the largest; lengths of the rows times
 /// `size`, forces times `force`.
-fn apart(model: &Tuned<'_>, rows: &[[f32; 6]], size: f32, force: f32) -> [f32; 2] {
+fn apart(model: &Model<'_>, rows: &[[f32; 6]], size: f32, force: f32) -> [f32; 2] {
     let mut state = State::default();
     let (mut square, mut most) = ([0.0f32; 2], [0.0f32; 2]);
     for pair in rows.windows(2) {
@@ -232,7 +232,7 @@ fn a_finger_of_finite_elements_is_found() {
         let force = stiffness * size * size;
         for (case, noise_share, late_mm) in disturbances {
             let mut noise = Noise(5);
-            let mut calibration = Calibrator::new(&model, Settings::default()).unwrap();
+            let mut calibration = Calibrator::new(&model, Settings::default());
             for pair in seen.windows(2) {
                 // Rows lie some 50 um apart: a device has readings in between.
                 // Between the runs the finger leaves at once.
@@ -289,7 +289,7 @@ fn motions_that_do_not_suffice_are_named() {
         assert!(matches!(strict, Err(Uncertain { .. })), "{name} {strict:?}");
 
         // Two fingers that appear at their depth.
-        let mut calibration = Calibrator::new(&model, known).unwrap();
+        let mut calibration = Calibrator::new(&model, known);
         let measured = Measured { normal_force_n: 0.5, friction_n: [0.0; 2] };
         for _ in 0..2 {
             calibration.step(motion(-0.1, 0.0, 0.0), Measured::default());
@@ -301,7 +301,7 @@ fn motions_that_do_not_suffice_are_named() {
         assert!(matches!(one, Err(OneDepth { shallowest_mm, .. }) if shallowest_mm > 0.9), "{name} {one:?}");
 
         // Forces in other units.
-        let (mut state, mut calibration) = (State::default(), Calibrator::new(&model, known).unwrap());
+        let (mut state, mut calibration) = (State::default(), Calibrator::new(&model, known));
         along(GUIDE, |m| {
             let r = step(&model, &mut state, m);
             let friction_n = r.friction_n.map(|f| 1e3 * f);
@@ -319,7 +319,7 @@ fn bad_readings_are_left_out() {
     let model = data.model().unwrap();
     let finger = model.tuned(tuning([1.1, 0.8, 1.2])).unwrap();
     let run = |bad: bool| -> Calibrated {
-        let (mut state, mut calibration) = (State::default(), Calibrator::new(&model, Settings::default()).unwrap());
+        let (mut state, mut calibration) = (State::default(), Calibrator::new(&model, Settings::default()));
         let mut count = 0u32;
         along(GUIDE, |m| {
             let r = step(&finger, &mut state, m);
@@ -345,7 +345,7 @@ fn bad_readings_are_left_out() {
 fn any_bits_leave_a_finger_in_range() {
     let (_, data) = models().pop().unwrap();
     let model = data.model().unwrap();
-    let mut calibration = Calibration::<4, 37, 24>::new(&model, Settings::default()).unwrap();
+    let mut calibration = Calibration::<4, 37, 24>::new(&model, Settings::default());
     let mut seed = 3u64;
     let mut bits = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -1,6 +1,6 @@
 //! The energy of a contact, in double precision and from the formula alone: what the plane's work is booked against.
 
-use fingerpad::{Data, Line, Parabola, SPRINGS, StateOf, Tuning, state_bytes, step};
+use fingerpad::{Data, Parabola, SPRINGS, StateOf, Tuning, state_bytes, step};
 
 use super::Disturbed;
 
@@ -17,38 +17,36 @@ pub fn energy<const P: usize>(data: &Data, tuning: &Tuning, state: &StateOf<SPRI
     if depth <= 0.0 {
         return 0.0;
     }
-    let Tuning { size, stiffness: e, lambda, tau0_mpa } = *tuning;
-    let [size, e, lambda, tau0] = [size, e, lambda, tau0_mpa].map(f64::from);
+    // Numbers of the state are in the units of the fitted finger, but for the depth.
+    let Tuning { size, stiffness: e, lambda } = *tuning;
+    let [size, e, lambda] = [size, e, lambda].map(f64::from);
     let cell = f64::from(data.depth_max) / (data.rows.len() - 1) as f64;
     let place = depth / size / cell;
     let index = (place as usize).min(data.rows.len() - 1);
     let t = if index == data.rows.len() - 1 { 0.0 } else { place - index as f64 };
     let row = &data.rows[index];
-    let line = |l: &Line| f64::from(l.value) + f64::from(l.change) * t;
     let parabola = |p: &Parabola| f64::from(p.value) + t * (f64::from(p.slope) + t * f64::from(p.bend));
 
     let below: f64 =
         data.rows[..index].iter().map(|r| f64::from(r.normal.value) + 0.5 * f64::from(r.normal.change)).sum();
     let here = t * (f64::from(row.normal.value) + 0.5 * t * f64::from(row.normal.change));
-    let pressed = (below + here) * cell * size * e * size * size;
+    let pressed = (below + here) * cell;
 
-    let (limit, area) = (line(&row.limit), size * size * line(&row.area));
-    let strong = limit * lambda * e.powf(f64::from(data.pressure_exponent)) * size * size + area * tau0;
-    let q = f64::from(data.odd) / (strong / limit / (e * size) * factor);
-    let (x, [kx, ky]) = (x + size * parabola(&row.press_slide), [&row.stiffness_x, &row.stiffness_y].map(parabola));
+    let q = f64::from(data.odd) / (lambda * e.powf(f64::from(data.pressure_exponent) - 1.0) * factor);
+    let (x, [kx, ky]) = (x + parabola(&row.press_slide), [&row.stiffness_x, &row.stiffness_y].map(parabola));
     let mut sheared = 0.0;
     for (j, spring) in data.springs.iter().enumerate() {
         let share = f64::from(spring.stiffness) / P as f64;
         for k in 0..P {
             let sign = if P == 1 { 0.0 } else { 1.0 - 2.0 * k as f64 };
-            let at_x = size * (f64::from(spring.centre_mm) + sign * f64::from(spring.arm_mm[0]));
-            let at_y = size * sign * f64::from(spring.arm_mm[1]);
+            let at_x = f64::from(spring.centre_mm) + sign * f64::from(spring.arm_mm[0]);
+            let at_y = sign * f64::from(spring.arm_mm[1]);
             let anchor = &anchors[2 * (j * P + k)..];
             let (ux, uy) = (x - at_y * angle - anchor[0], y + at_x * angle - anchor[1]);
             sheared += share * (kx * along(q, ux) + ky * 0.5 * uy * uy);
         }
     }
-    pressed + e * size * sheared
+    e * size * size * size * (pressed + sheared)
 }
 
 /// Energy along x over the stiffness, mm²: u²/2 − q u³/3. Beyond |q u| = 0.4, where a fall of strength may leave a spring until

@@ -122,8 +122,8 @@ impl core::fmt::Debug for DisturbedPath {
 
 pub fn any_tuning() -> impl Strategy<Value = Tuning> {
     let log = |low: f32, high: f32| (low.ln()..high.ln()).prop_map(f32::exp);
-    let ranges = (log(0.5, 2.0), log(0.2, 5.0), log(0.1, 10.0), prop_oneof![Just(0.0), 0.0f32..0.1]);
-    ranges.prop_map(|(size, stiffness, lambda, tau0_mpa)| Tuning { size, stiffness, lambda, tau0_mpa })
+    let ranges = (log(0.5, 2.0), log(0.2, 5.0), log(0.1, 10.0));
+    ranges.prop_map(|(size, stiffness, lambda)| Tuning { size, stiffness, lambda })
 }
 
 /// Disturbed paths; `turns` with spin, `tuned` with changes of the tuning.

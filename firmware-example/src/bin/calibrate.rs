@@ -12,7 +12,7 @@ use fingerpad_firmware::count::{self, instructions_in};
 use fingerpad_firmware::noise::Noise;
 use fingerpad_firmware::{exit, model};
 
-const FINGER: Tuning = Tuning { size: 1.15, stiffness: 1.6, lambda: 0.7, tau0_mpa: 0.0 };
+const FINGER: Tuning = Tuning { size: 1.15, stiffness: 1.6, lambda: 0.7 };
 const LATE_MM: f32 = 0.06;
 const DT_S: f32 = 1e-3;
 /// Depth and slide along x that the plane goes to, mm, at 2 mm/s.
@@ -36,7 +36,7 @@ struct Outcome {
 
 /// The finger and the device's sensors.
 struct Rig<'a> {
-    finger: fingerpad::Tuned<'a>,
+    finger: fingerpad::Model<'a>,
     state: State,
     noise: Noise,
     ticks: u32,

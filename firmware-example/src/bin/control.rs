@@ -8,7 +8,7 @@ use core::cell::{Cell, RefCell};
 use cortex_m::interrupt::Mutex;
 use cortex_m_rt::{entry, exception};
 use fingerpad::events::{Change, Event, Queue, Watch};
-use fingerpad::{Motion, Regime, Response, State, Tuned, Tuning, step};
+use fingerpad::{Model, Motion, Regime, Response, State, Tuning, step};
 use fingerpad_firmware::convert::position_mm;
 use fingerpad_firmware::grip::GripControl;
 use fingerpad_firmware::{exit, model, start_tick, ticks_since_exception};
@@ -22,7 +22,7 @@ const FINGERS: usize = 5;
 const SIZES: [f32; FINGERS] = [1.2, 1.0, 1.05, 1.0, 0.85];
 
 struct Finger {
-    model: Tuned<'static>,
+    model: Model<'static>,
     state: State,
     watch: Watch,
     control: GripControl,
@@ -103,9 +103,8 @@ fn SysTick() {
 
 fn start(events: Producer<'static, Event>) -> Result<Loop, fingerpad::Error> {
     let base = model()?;
-    let fitted = base.tuned(Tuning::default())?;
     let mut fingers: [Finger; FINGERS] = core::array::from_fn(|i| Finger {
-        model: fitted,
+        model: base,
         state: State::default(),
         watch: Watch::new(i as u8),
         control: GripControl::default(),

@@ -11,7 +11,7 @@ use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
     Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Params, Response,
-    SPRINGS, SpinState, State, Surroundings, Tangential, Tuned, Tuning,
+    SPRINGS, SpinState, State, Surroundings, Tangential, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
 use panic_never as _;
@@ -26,7 +26,7 @@ fn one_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
 /// The same for a retuned model.
 #[inline(never)]
 #[unsafe(no_mangle)]
-fn one_tuned_step(model: &Tuned<'_>, state: &mut State, motion: &Motion) -> Response {
+fn one_tuned_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
     fingerpad::step(model, state, *motion)
 }
 
@@ -63,7 +63,7 @@ fn requests(model: &Model<'_>, state: &mut State, f: [f32; 4]) -> (Gradient, Gri
 fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let file = File::from_bytes(bytes).ok()?;
     let model = file.model;
-    let tuned = model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2], tau0_mpa: f[3] }).ok()?;
+    let tuned = model.tuned(Tuning { size: f[0], stiffness: f[1], lambda: f[2] }).ok()?;
     black_box((file.meta, tuned.depth_max_mm()));
     let mut state = State::default();
     state.set_strength_factor(f[3]);
@@ -84,7 +84,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
 
 #[inline(never)]
 fn calibrate(model: &Model<'_>, f: [f32; 4]) -> Option<Result<Calibrated, NotCalibrated>> {
-    let mut calibration = Calibration::<SPRINGS, NODES>::new(model, Settings::default()).ok()?;
+    let mut calibration = Calibration::<SPRINGS, NODES>::new(model, Settings::default());
     let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
     for _ in 0..black_box(1000) {
         calibration.step(black_box(motion), black_box(Measured { normal_force_n: f[0], friction_n: [f[1], f[2]] }));

@@ -8,7 +8,7 @@ use cortex_m_rt::entry;
 use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::{
     Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, SPRINGS, StateOf,
-    Surroundings, Tangential, Tuned, Tuning, step,
+    Surroundings, Tangential, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
@@ -184,7 +184,7 @@ fn effects(samples: &[[f32; 4]]) -> Result<(), Error> {
 }
 
 struct TunedBench<'a> {
-    model: Tuned<'a>,
+    model: fingerpad::Model<'a>,
     state: StateOf<SPRINGS>,
     response: Response,
 }
@@ -235,7 +235,7 @@ extern "C" fn worked(b: &mut CalibrationBench<'_>, _: &[f32; 4]) {
 fn calibration(samples: &[[f32; 4]]) -> Result<(), Error> {
     let model = fingerpad_firmware::model()?;
     let measured = Measured { normal_force_n: 0.4, friction_n: [0.1, 0.0] };
-    let mut bench = CalibrationBench { calibration: Calibration::new(&model, Settings::default())?, measured };
+    let mut bench = CalibrationBench { calibration: Calibration::new(&model, Settings::default()), measured };
     print("calibration, a reading", count(recorded, &mut bench, samples));
     print("calibration, work on a block", count(worked, &mut bench, samples));
     black_box(bench.calibration.so_far());

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use fingerpad::Tuning;
-use fingerpad::pad::PadTuning;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce::{ReduceError, retuned_bed, retuned_pad};
 
@@ -63,8 +62,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .prepare()?;
     let Args { size, stiffness, lambda, .. } = *args;
     let bytes = match &file {
-        Loaded::Bed(bed) => retuned_bed(bed, &Tuning { size, stiffness, lambda, tau0_mpa: 0.0 }),
-        Loaded::Pad(pad) => retuned_pad(pad, &PadTuning { size, stiffness, lambda }),
+        Loaded::Bed(bed) => retuned_bed(bed, &Tuning { size, stiffness, lambda }),
+        Loaded::Pad(pad) => retuned_pad(pad, &Tuning { size, stiffness, lambda }),
     };
     let bytes = bytes.map_err(|error| match error {
         ReduceError::Model(problem) => Failure::Input(anyhow!("{name}: {problem}")),

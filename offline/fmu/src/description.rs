@@ -20,11 +20,10 @@ const MOTION: [Variable; 5] = [
     (5, "strength_factor", "", 1.0, "Factor on all strengths, 0.1 to 5: moisture, speed, dwell from outside"),
 ];
 
-const PARAMETERS: [Variable; 4] = [
+const PARAMETERS: [Variable; 3] = [
     (21, "size", "", 1.0, "Factor on all lengths of the finger, 0.5 to 2"),
     (22, "stiffness", "", 1.0, "Factor on the tissue's stiffness, 0.2 to 5"),
     (23, "lambda", "", 1.0, "Factor on lambda of the friction law, 0.1 to 10"),
-    (24, "tau0_mpa", "MPa", 0.0, "Shear strength at zero pressure, 0 to 0.1"),
 ];
 
 const OUTPUTS: [Variable; 12] = [

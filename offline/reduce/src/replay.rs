@@ -3,7 +3,7 @@
 //! Main function: [`replay`]. In 32-bit numbers it is what a target computes, in 64-bit ones the fit's forward model.
 //! Uses runs and `fingerpad`.
 
-use fingerpad::{Fitted, ModelOf, Motion, Response, Scalar, StateOf};
+use fingerpad::{ModelOf, Motion, Response, Scalar, StateOf};
 
 use super::{Run, Sample};
 
@@ -34,16 +34,13 @@ pub fn replay_steps(run: &Run) -> usize {
 ///
 /// Between samples depth, slide and spin are straight over time and cut into steps of at most [`STEP_MM`] and [`STEP_RAD`]. What
 /// drove the plane does not matter: the motion that the finite elements went is replayed.
-pub fn replay<const M: usize, const N: usize, T: Scalar>(
-    model: &ModelOf<'_, M, N, Fitted, T>,
-    run: &Run,
-) -> Vec<Response<T>> {
+pub fn replay<const M: usize, const N: usize, T: Scalar>(model: &ModelOf<'_, M, N, T>, run: &Run) -> Vec<Response<T>> {
     replay_coarsely(model, run, 1.0)
 }
 
 /// The same in steps that are `longer` times as long.
 pub fn replay_coarsely<const M: usize, const N: usize, T: Scalar>(
-    model: &ModelOf<'_, M, N, Fitted, T>,
+    model: &ModelOf<'_, M, N, T>,
     run: &Run,
     longer: f32,
 ) -> Vec<Response<T>> {
@@ -51,7 +48,7 @@ pub fn replay_coarsely<const M: usize, const N: usize, T: Scalar>(
 }
 
 fn along<const M: usize, const N: usize, const P: usize, T: Scalar>(
-    model: &ModelOf<'_, M, N, Fitted, T>,
+    model: &ModelOf<'_, M, N, T>,
     run: &Run,
     longer: f32,
 ) -> Vec<Response<T>> {

@@ -3,7 +3,7 @@
 //! Main functions: [`retuned_bed`], [`retuned_pad`]. The core changes the same numbers at run time ([`fingerpad::ModelOf::tuned`],
 //! [`fingerpad::pad::Pad::tuned`]); a file serves where a program takes a model file only.
 
-use fingerpad::pad::{PadTuning, Patch};
+use fingerpad::pad::Patch;
 use fingerpad::{Data, ModelFile, PadModelFile, Tuning};
 use serde_json::{Map, Value, json};
 
@@ -41,15 +41,11 @@ impl Units {
 /// The model file of a bed of springs for another finger.
 ///
 /// # Errors
-/// [`ReduceError::Model`] for a factor out of range, [`ReduceError::Retune`] for a file with effects or with a shear strength at zero
-/// pressure asked for.
+/// [`ReduceError::Model`] for a factor out of range, [`ReduceError::Retune`] for a file with effects.
 pub fn retuned_bed(file: &ModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
     let file = file.file();
     // The core knows the ranges.
     file.model.tuned(*tuning)?;
-    if tuning.tau0_mpa != 0.0 {
-        return Err(ReduceError::Retune("a shear strength at zero pressure is no change of units".into()));
-    }
     if !file.effects.is_empty() {
         return Err(ReduceError::Retune(format!(
             "the model has {} effects, which were fitted to one finger: retune the model without them",
@@ -107,7 +103,7 @@ fn bed_in(mut data: Data, units: &Units) -> Data {
 ///
 /// # Errors
 /// [`ReduceError::Model`] for a factor out of range.
-pub fn retuned_pad(file: &PadModelFile, tuning: &PadTuning) -> Result<Vec<u8>, ReduceError> {
+pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
     let file = file.file();
     file.pad.tuned(*tuning)?;
     let factors = [tuning.size, tuning.stiffness, tuning.lambda];
@@ -227,7 +223,7 @@ mod tests {
     #[test]
     fn a_bed_s_file_steps_as_the_core_retunes() {
         for [size, stiffness, lambda] in FINGERS {
-            let tuning = Tuning { size, stiffness, lambda, tau0_mpa: 0.0 };
+            let tuning = Tuning { size, stiffness, lambda };
             let fitted = ModelFile::new(BED).unwrap();
             let other = ModelFile::new(&retuned_bed(&fitted, &tuning).unwrap()).unwrap();
             let tuned = fitted.file().model.tuned(tuning).unwrap();
@@ -241,13 +237,13 @@ mod tests {
     }
 
     fn on_body(size: f32, stiffness: f32, lambda: f32, body: &impl Surface<f32>) {
-        let tuning = PadTuning { size, stiffness, lambda };
+        let tuning = Tuning { size, stiffness, lambda };
         let fitted = PadModelFile::new(PAD).unwrap();
         let other = PadModelFile::new(&retuned_pad(&fitted, &tuning).unwrap()).unwrap();
         let tuned = fitted.file().pad.tuned(tuning).unwrap();
         let pose = |k: usize| [40.0 + 0.05 * k as f32, 0.03 * k as f32];
         let mut a: PadState<64> = PadState::over(&other.file().pad, pose(0)).unwrap();
-        let mut b: PadState<64> = tuned.over(pose(0)).unwrap();
+        let mut b = PadState::<64>::over(&tuned, pose(0)).unwrap();
         let (mut found, mut wanted) = (Vec::new(), Vec::new());
         for (k, motion) in motions(size).enumerate() {
             found.push(other.file().pad.step(&mut a, body, motion, pose(k)));
@@ -267,8 +263,8 @@ mod tests {
     #[test]
     fn factors_multiply_and_return() {
         let fitted = PadModelFile::new(PAD).unwrap();
-        let there = PadTuning { size: 1.25, stiffness: 2.0, lambda: 0.5 };
-        let back = PadTuning { size: 0.8, stiffness: 0.5, lambda: 2.0 };
+        let there = Tuning { size: 1.25, stiffness: 2.0, lambda: 0.5 };
+        let back = Tuning { size: 0.8, stiffness: 0.5, lambda: 2.0 };
         let other = PadModelFile::new(&retuned_pad(&fitted, &there).unwrap()).unwrap();
         let again = PadModelFile::new(&retuned_pad(&other, &back).unwrap()).unwrap();
         let meta: Value = serde_json::from_str(other.file().meta).unwrap();
@@ -290,10 +286,8 @@ mod tests {
     #[test]
     fn what_is_no_change_of_units_is_refused() {
         let (bed, pad) = (ModelFile::new(BED).unwrap(), PadModelFile::new(PAD).unwrap());
-        let wide = retuned_pad(&pad, &PadTuning { size: 2.5, ..PadTuning::default() }).unwrap_err();
+        let wide = retuned_pad(&pad, &Tuning { size: 2.5, ..Tuning::default() }).unwrap_err();
         assert!(matches!(wide, ReduceError::Model(Error::Range { .. })), "{wide}");
-        let strong = retuned_bed(&bed, &Tuning { tau0_mpa: 0.01, ..Tuning::default() }).unwrap_err();
-        assert!(strong.to_string().contains("zero pressure"), "{strong}");
         // So much friction on so soft a finger would give energy back: the core's check of a file says so.
         let soft = retuned_bed(&bed, &Tuning { stiffness: 0.3, lambda: 1.5, ..Tuning::default() }).unwrap_err();
         assert!(matches!(soft, ReduceError::Model(Error::NotPassive { .. })), "{soft}");

@@ -1,6 +1,6 @@
 //! Strokes through the core: readings of a model file, sample by sample.
 
-use fingerpad::{Contact, Effects, ModelOf, Motion, Scaling};
+use fingerpad::{Contact, Effects, ModelOf, Motion};
 
 use crate::trajectory::Stroke;
 
@@ -10,8 +10,8 @@ const STEP_MM: f64 = 0.02;
 /// Readings that the core predicts along a stroke, three a sample, N: normal, x, y; appended to `out`.
 ///
 /// A stroke that begins in contact starts with the press to there.
-pub fn replay_stroke<const M: usize, const N: usize, S: Scaling<f32>>(
-    model: &ModelOf<'_, M, N, S>,
+pub fn replay_stroke<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     stroke: &Stroke,
     out: &mut Vec<f64>,

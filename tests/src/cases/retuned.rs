@@ -1,7 +1,7 @@
 //! The shipped reduced model, retuned at run time, against finite-element fingers that it was not fitted to.
 
 use fingerpad::ModelFile;
-use fingerpad::{Model, Motion, State, Tuned, Tuning};
+use fingerpad::{Model, Motion, State, Tuning};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, Trajectory};
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
@@ -65,7 +65,7 @@ fn scaled(mut shape: FingertipShape, size: f64) -> FingertipShape {
 }
 
 /// RMS errors of the tuned model along a response: normal force over its range, friction over the limit.
-fn errors(model: &Tuned<'_>, trajectory: &Trajectory) -> [f64; 2] {
+fn errors(model: &Model<'_>, trajectory: &Trajectory) -> [f64; 2] {
     let mut state = State::default();
     let (mut normal, mut friction, mut rows, mut most) = (0.0, 0.0, 0, 0.0f64);
     for pair in trajectory.responses.windows(2) {
@@ -123,7 +123,7 @@ fn fresh(model: &Model<'_>, config: &Config, [size, stiffness, lambda]: [f64; 3]
     let finger = Finger::new(fingertip(&shape, &config.mesh_preset.divisions())?, &config.tissue)?;
     let way = 3.6 * size * (lambda * stiffness.powf(config.friction.beta - 1.0)).min(1.5);
     let trajectory = follow(&config.problem(&finger), &placed(&corners(size, way)))?;
-    let tuning = Tuning { size: size as f32, stiffness: stiffness as f32, lambda: lambda as f32, tau0_mpa: 0.0 };
+    let tuning = Tuning { size: size as f32, stiffness: stiffness as f32, lambda: lambda as f32 };
     let errors = errors(&model.tuned(tuning).map_err(|e| e.to_string())?, &trajectory);
     Ok(Fresh { name: format!("size {size:.2}, stiffness {stiffness:.2}, lambda {lambda:.2}"), errors })
 }

@@ -4,7 +4,7 @@ use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::{
     Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, PadModelFile, Response, SPRINGS,
-    SpinState, State, StateOf, Surroundings, Tangential, Tuned, Tuning, state_bytes,
+    SpinState, State, StateOf, Surroundings, Tangential, Tuning, state_bytes,
 };
 
 use crate::pad::PadTeller;
@@ -17,7 +17,7 @@ pub const RANGE: u32 = 8;
 pub struct Teller<'a> {
     files: &'a [ModelFile; 2],
     file: File<'a>,
-    model: Tuned<'a>,
+    model: Model<'a>,
     plain: State,
     spin: SpinState,
     contact: Contact<SPRINGS>,
@@ -33,7 +33,7 @@ impl<'a> Teller<'a> {
         Self {
             files,
             file,
-            model: file.model.tuned(Tuning::default()).expect("the fitted finger is in range"),
+            model: file.model,
             plain: State::default(),
             spin: SpinState::default(),
             contact: Contact::default(),
@@ -53,9 +53,7 @@ impl<'a> Teller<'a> {
                 *self = Self { file, watch: Watch::new(k as u8), around: reference(&file), ..Self::new(files, pads) };
                 self.tune(Tuning::default())
             }
-            Request::Tune([size, stiffness, lambda, tau0_mpa]) => {
-                self.tune(Tuning { size, stiffness, lambda, tau0_mpa })
-            }
+            Request::Tune([size, stiffness, lambda]) => self.tune(Tuning { size, stiffness, lambda }),
             Request::Factor(factor) => self.factor(factor),
             Request::Around(
                 [hydration_au, temperature_c, finger_width_mm, series_s, dwell, occlusion, speed, own @ ..],

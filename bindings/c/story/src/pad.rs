@@ -1,7 +1,7 @@
 //! What the core answers of a pad, and a pad of more patches.
 
-use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, PadTuning, Patch, Sphere, TunedPad, pad_state_bytes};
-use fingerpad::{Error, Motion, PadModelFile};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Patch, Sphere, pad_state_bytes};
+use fingerpad::{Error, Motion, PadModelFile, Tuning};
 
 use crate::answers::{RANGE, forces};
 use crate::requests::words;
@@ -22,7 +22,7 @@ pub fn halved(file: &PadModelFile) -> Result<PadModelFile, Error> {
         ..*patch
     };
     let patches: Vec<Patch> = whole.iter().copied().chain(split.iter().flat_map(|patch| [half(patch); 2])).collect();
-    let pad = Pad { patches: &patches, numbers: file.pad.numbers };
+    let pad = Pad::new(&patches, file.pad.numbers);
     let mut bytes = vec![0; pad.file_length(file.meta)];
     pad.write_file(file.meta, &mut bytes)?;
     PadModelFile::new(&bytes)
@@ -31,7 +31,7 @@ pub fn halved(file: &PadModelFile) -> Result<PadModelFile, Error> {
 /// A pad in use and a contact of it. States of both sizes, where both have room for it, must do the same.
 pub struct PadTeller<'a> {
     file: &'a PadModelFile,
-    pad: TunedPad<'a>,
+    pad: Pad<'a>,
     body: Body,
     state: Option<PadState<FEW>>,
     roomy: PadState<ROOM>,
@@ -46,7 +46,7 @@ impl<'a> PadTeller<'a> {
         let fitted = file.file().pad;
         Self {
             file,
-            pad: fitted.tuned(PadTuning::default()).expect("the fitted finger is in range"),
+            pad: fitted,
             body: Body::Plane,
             state: PadState::new(&fitted).ok(),
             roomy: PadState::new(&fitted).expect("a pad of at most 64 patches"),
@@ -54,11 +54,11 @@ impl<'a> PadTeller<'a> {
     }
 
     pub fn patch_count(&self) -> usize {
-        self.pad.pad().patches.len()
+        self.pad.patches.len()
     }
 
     pub fn tune(&mut self, [size, stiffness, lambda]: [f32; 3]) -> String {
-        match self.file.file().pad.tuned(PadTuning { size, stiffness, lambda }) {
+        match self.file.file().pad.tuned(Tuning { size, stiffness, lambda }) {
             Ok(pad) => self.pad = pad,
             Err(Error::Range { .. }) => return RANGE.to_string(),
             Err(other) => return other.to_string(),
@@ -82,10 +82,10 @@ impl<'a> PadTeller<'a> {
             2 => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
             _ => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
         };
-        let (pose, pad) = ([pitch_deg, roll_deg], self.pad.pad());
+        let (pose, pad) = ([pitch_deg, roll_deg], self.pad);
         let over_plane = kind == 0;
-        self.state = if over_plane { PadState::new(&pad).ok() } else { self.pad.over(pose).ok() };
-        let roomy = if over_plane { PadState::new(&pad) } else { self.pad.over(pose) };
+        self.state = if over_plane { PadState::new(&pad).ok() } else { PadState::over(&pad, pose).ok() };
+        let roomy = if over_plane { PadState::new(&pad) } else { PadState::over(&pad, pose) };
         self.roomy = roomy.expect("a pad of at most 64 patches");
         range(true)
     }
@@ -121,7 +121,7 @@ impl<'a> PadTeller<'a> {
     }
 
     pub fn save(&mut self) -> String {
-        let pad = self.pad.pad().checksum();
+        let pad = self.pad.checksum();
         match &mut self.state {
             Some(state) => saved(pad, state),
             None => saved(pad, &mut self.roomy),

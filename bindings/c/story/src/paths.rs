@@ -112,7 +112,7 @@ fn now_and_then(i: u32, noise: &mut Noise) -> Vec<Request> {
     let mut told = Vec::new();
     if i % 700 == 350 {
         let near = |noise: &mut Noise| 0.8 + 0.4 * noise.unit();
-        told.push(Request::Tune([near(noise), near(noise), near(noise), 0.002 * noise.unit()]));
+        told.push(Request::Tune([near(noise), near(noise), near(noise)]));
     }
     if i % 97 == 50 {
         told.push(Request::Save);
@@ -162,7 +162,7 @@ fn nonsense(noise: &mut Noise) -> [Request; 8] {
         step(9.0, 0.0, 1e30, 1e9),
         Request::Step([0.7, 0.0, 0.01, 0.0, -1.0]),
         Request::Factor(f32::NAN),
-        Request::Tune([1.0, f32::NAN, 1.0, 0.0]),
+        Request::Tune([1.0, f32::NAN, 1.0]),
         Request::Grip([f32::NAN, 0.1, 0.2, 1.0]),
     ]
 }

@@ -5,7 +5,7 @@
 //! 0.005 mm is divided into equal parts, as the unit does.
 
 use fingerpad::effects::Effects;
-use fingerpad::{Contact, ModelFile, Motion, SPRINGS, SpinState, Status, Surroundings, Tuning};
+use fingerpad::{Contact, ModelFile, Motion, SPRINGS, SpinState, Status, Surroundings};
 
 use crate::answers::reference;
 use crate::requests::{Request, words};
@@ -49,7 +49,6 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
     let model = file.file();
     let (mut spin, mut contact) = (SpinState::default(), Contact::<SPRINGS>::default());
     let effects = Effects::of_file(&model).expect("the story's files have known effects");
-    let tuned = model.model.tuned(Tuning::default()).expect("the fitted finger is in range");
     let mut followed = [0.0f64; 4];
     let mut told = Vec::new();
     for place in places(story, reference(&model).own[0]) {
@@ -62,9 +61,9 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
         let mut last = None;
         for motion in parts(place, &mut followed) {
             let r = if model.effects.is_empty() {
-                tuned.step(&mut spin, motion)
+                model.model.step(&mut spin, motion)
             } else {
-                effects.step(&tuned, &mut contact, around, motion)
+                effects.step(&model.model, &mut contact, around, motion)
             };
             status.0 |= r.status.0;
             last = Some(r);

@@ -26,7 +26,7 @@ use std::fmt;
 #[derive(Clone, Copy)]
 pub enum Request {
     Model(usize),
-    Tune([f32; 4]),
+    Tune([f32; 3]),
     Factor(f32),
     Around([f32; 11]),
     Step([f32; 5]),

@@ -84,16 +84,14 @@ class Model:
         """
 
     @property
-    def tuning(self) -> tuple[float, float, float, float]:
-        """The factors on size, stiffness and lambda, and tau_0 in MPa, that the model was retuned with."""
+    def tuning(self) -> tuple[float, float, float]:
+        """The factors on size, stiffness and lambda that the model was retuned with."""
 
-    def tuned(
-        self, *, size: float = 1.0, stiffness: float = 1.0, lambda_factor: float = 1.0, tau0_mpa: float = 0.0
-    ) -> Model:
+    def tuned(self, *, size: float = 1.0, stiffness: float = 1.0, lambda_factor: float = 1.0) -> Model:
         """The model of another finger, counted from the fitted one.
 
         size: factor on all lengths, 0.5 to 2. stiffness: factor on that of the tissue, 0.2 to 5. lambda_factor: on that of
-        the friction law, 0.1 to 10. tau0_mpa: shear strength at zero pressure, MPa, 0 to 0.1. Raises ModelError beyond.
+        the friction law, 0.1 to 10. Raises ModelError beyond.
         """
 
     @overload

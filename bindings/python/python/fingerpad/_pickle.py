@@ -8,22 +8,16 @@ from fingerpad._fingers import Fingers
 from fingerpad._native import Finger, Model, Pad
 
 
-def model(data: bytes, tuning: tuple[float, float, float, float] | None) -> Model:
-    """The model of a file's bytes, retuned if it was."""
-    made = Model.from_bytes(data)
-    if tuning is None:
-        return made
-    size, stiffness, lambda_factor, tau0_mpa = tuning
-    return made.tuned(size=size, stiffness=stiffness, lambda_factor=lambda_factor, tau0_mpa=tau0_mpa)
-
-
-def pad(data: bytes, tuning: tuple[float, float, float] | None) -> Pad:
-    """The pad of a file's bytes, retuned if it was."""
-    made = Pad.from_bytes(data)
-    if tuning is None:
-        return made
+def model(data: bytes, tuning: tuple[float, float, float]) -> Model:
+    """The model of a file's bytes for another finger: factors on size, stiffness and lambda."""
     size, stiffness, lambda_factor = tuning
-    return made.tuned(size=size, stiffness=stiffness, lambda_factor=lambda_factor)
+    return Model.from_bytes(data).tuned(size=size, stiffness=stiffness, lambda_factor=lambda_factor)
+
+
+def pad(data: bytes, tuning: tuple[float, float, float]) -> Pad:
+    """The pad of a file's bytes for another finger: factors on size, stiffness and lambda."""
+    size, stiffness, lambda_factor = tuning
+    return Pad.from_bytes(data).tuned(size=size, stiffness=stiffness, lambda_factor=lambda_factor)
 
 
 def fingers(model: Model | Pad, count: int, options: dict[str, Any], saved: bytes) -> Fingers:

@@ -241,7 +241,7 @@ fn a_pose_beyond_those_of_the_fit_is_flagged_and_one_that_no_model_has_is_refuse
     let at = folder.path();
     let pad = PadModelFile::new(PAD).unwrap();
     let numbers = pad::Numbers { pitch_range_deg: [20.0, 40.0], ..*pad.file().pad.numbers };
-    let narrow = pad::Pad { numbers: &numbers, ..pad.file().pad };
+    let narrow = pad::Pad::new(pad.file().pad.patches, &numbers);
     let mut bytes = vec![0; narrow.file_length("{}")];
     narrow.write_file("{}", &mut bytes).unwrap();
     fs::write(at.join("narrow.fpm"), bytes).unwrap();

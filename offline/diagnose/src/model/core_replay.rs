@@ -1,6 +1,6 @@
 //! Measured runs through the core: a model file's predicted readings.
 
-use fingerpad::{Effects, ModelOf, Scaling};
+use fingerpad::{Effects, ModelOf};
 use fingerpad_smooth::replay_stroke;
 
 use crate::data::runs::{Run, RunSet};
@@ -8,8 +8,8 @@ use crate::model::prediction::stroke_of;
 use crate::model::residual_sums::ResidualSums;
 
 /// Predicted readings of a run, three per row, N: normal, x, y; appended to `out`.
-pub fn replay<const M: usize, const N: usize, S: Scaling<f32>>(
-    model: &ModelOf<'_, M, N, S>,
+pub fn replay<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     run: &Run,
     out: &mut Vec<f64>,
@@ -18,8 +18,8 @@ pub fn replay<const M: usize, const N: usize, S: Scaling<f32>>(
 }
 
 /// Root mean square of readings less prediction over all rows of a set, N: normal, x, y; and the predictions.
-pub fn replay_all<const M: usize, const N: usize, S: Scaling<f32>>(
-    model: &ModelOf<'_, M, N, S>,
+pub fn replay_all<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     set: &RunSet,
 ) -> ([f64; 3], Vec<f64>) {

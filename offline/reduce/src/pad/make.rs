@@ -91,7 +91,7 @@ impl PadModel {
     pub fn file(&self, meta: &str) -> Result<Vec<u8>, ReduceError> {
         let patches: Vec<Patch> = self.patches.iter().map(single_patch).collect();
         let numbers = single_numbers(&self.numbers);
-        let pad = fingerpad::pad::Pad { patches: &patches, numbers: &numbers };
+        let pad = fingerpad::pad::Pad::new(&patches, &numbers);
         pad.check()?;
         let mut bytes = vec![0; pad.file_length(meta)];
         pad.write_file(meta, &mut bytes)?;

@@ -41,7 +41,7 @@ pub struct PadModel {
 impl PadModel {
     /// The pad, ready to step.
     pub fn pad(&self) -> Pad<'_, f64> {
-        Pad { patches: &self.patches, numbers: &self.numbers }
+        Pad::new(&self.patches, &self.numbers)
     }
 
     /// The same numbers as those of a model file.

@@ -25,7 +25,6 @@ fn broken<const P: usize>(plain: &Model<'_>, steps: u32, seed: u64) -> u32 {
             size: between(0.5, 2.0) as f32,
             stiffness: between(0.2, 5.0) as f32,
             lambda: between(0.1, 10.0) as f32,
-            tau0_mpa: between(0.0, 0.1) as f32,
         };
         let Ok(model) = plain.tuned(tuning) else { return steps };
         let deepest = f64::from(model.depth_max_mm());
