@@ -1,6 +1,6 @@
 //! Axes, ticks and the frame of a chart.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::canvas::{Canvas, Drawn, HPos, Line, Text, VPos};
 use super::colour::{FAINT, GREY, INK};
@@ -81,7 +81,7 @@ impl Panel {
     }
 
     /// Draws grid, ticks, numbers and the axes' labels; the upward axis is named above it.
-    pub fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    pub fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
         let small = Text { em: 11.5, colour: GREY, ..Text::BODY };
         for tick in &self.y.ticks {
@@ -104,11 +104,7 @@ impl Panel {
     }
 
     /// Names series right of the panel at the heights of their ends, moved apart where they would touch.
-    pub fn label_ends<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        mut ends: Vec<(f64, String, BackendColor)>,
-    ) -> Drawn<DB> {
+    pub fn label_ends(&self, canvas: &mut Canvas<'_>, mut ends: Vec<(f64, String, BackendColor)>) -> Drawn {
         const APART: f64 = 15.0;
         ends.retain(|e| e.0.is_finite());
         ends.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -128,7 +124,7 @@ impl Panel {
 }
 
 /// A name in a legend, beside its sample.
-pub fn legend_text<DB: DrawingBackend>(canvas: &mut Canvas<'_, DB>, at: (f64, f64), text: &str) -> Drawn<DB> {
+pub fn legend_text(canvas: &mut Canvas<'_>, at: (f64, f64), text: &str) -> Drawn {
     canvas.text(text, at, Text { colour: INK, ..Text::BODY })
 }
 

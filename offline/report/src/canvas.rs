@@ -1,6 +1,7 @@
-//! Lines, areas, markers and text in fractional pixels, on any plotters backend.
+//! Lines, areas, markers and text in fractional pixels, as SVG; [resvg](https://docs.rs/resvg) paints it as PNG.
 
 use std::convert::Infallible;
+use std::sync::{Arc, OnceLock};
 
 use plotters_backend::text_anchor::Pos;
 pub use plotters_backend::text_anchor::{HPos, VPos};
@@ -8,50 +9,67 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontFamily, FontStyle,
 };
 use plotters_svg::SVGBackend;
+use resvg::usvg::{self, Transform, fontdb};
+use resvg::{render, tiny_skia};
 
 use super::colour::{INK, WHITE};
-use super::raster::Raster;
 use super::{ReportError, font};
 
 /// Result of a drawing call.
-pub type Drawn<DB> = Result<(), DrawingErrorKind<<DB as DrawingBackend>::ErrorType>>;
+pub type Drawn = Result<(), DrawingErrorKind<std::io::Error>>;
 
 /// Backend coordinates are whole numbers; this many of them make a pixel of a figure.
 const UNITS_PER_PIXEL: u32 = 10;
 /// Image pixels per pixel of a figure, so that PNG files stay sharp in print.
 const IMAGE_SCALE: f32 = 2.0;
 
-/// A picture that can be drawn on any backend.
+/// A picture.
 pub trait Figure {
     /// Width and height, pixels.
     fn size(&self) -> (u32, u32);
     /// Draws it.
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB>;
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn;
 }
 
-/// The figure as a PNG file.
+/// The figure as a PNG file, on white.
 pub fn png<F: Figure>(figure: &F) -> Result<Vec<u8>, ReportError> {
-    let size = figure.size();
-    let units = (size.0 * UNITS_PER_PIXEL, size.1 * UNITS_PER_PIXEL);
+    let (width, height) = figure.size();
     let failed = |e: String| ReportError::Draw(e);
-    let mut raster = Raster::try_new(units, IMAGE_SCALE / UNITS_PER_PIXEL as f32)
-        .ok_or_else(|| failed(format!("no image of {} x {} pixels", size.0, size.1)))?;
-    figure.draw(&mut Canvas::new(&mut raster, size)).map_err(|e| failed(e.to_string()))?;
-    raster.into_png().map_err(failed)
+    let [columns, rows] = [width, height].map(|n| (n as f32 * IMAGE_SCALE).round() as u32);
+    let mut image = tiny_skia::Pixmap::new(columns, rows)
+        .ok_or_else(|| failed(format!("no image of {width} x {height} pixels")))?;
+    image.fill(tiny_skia::Color::WHITE);
+    let scale = IMAGE_SCALE / UNITS_PER_PIXEL as f32;
+    render(&tree(figure)?, Transform::from_scale(scale, scale), &mut image.as_mut());
+    image.encode_png().map_err(|e| failed(e.to_string()))
+}
+
+/// The figure, its text set in the embedded typeface.
+pub(crate) fn tree<F: Figure>(figure: &F) -> Result<usvg::Tree, ReportError> {
+    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
+    let fonts = FONTS.get_or_init(|| {
+        let mut fonts = fontdb::Database::new();
+        fonts.load_font_data(font::REGULAR.to_vec());
+        fonts.load_font_data(font::BOLD.to_vec());
+        Arc::new(fonts)
+    });
+    let options = usvg::Options { fontdb: fonts.clone(), ..usvg::Options::default() };
+    let text = svg(figure)?.replacen("<svg ", "<svg xmlns=\"http://www.w3.org/2000/svg\" ", 1);
+    usvg::Tree::from_str(&text, &options).map_err(|e| ReportError::Draw(e.to_string()))
 }
 
 /// The figure as an `<svg>` element of a page.
 pub fn svg<F: Figure>(figure: &F) -> Result<String, ReportError> {
     let size = figure.size();
-    let units = (size.0 * UNITS_PER_PIXEL, size.1 * UNITS_PER_PIXEL);
+    let [width, height] = [size.0, size.1].map(|n| n * UNITS_PER_PIXEL);
     let mut text = String::new();
     {
-        let mut backend = SVGBackend::with_string(&mut text, units);
-        figure.draw(&mut Canvas::new(&mut backend, size)).map_err(|e| ReportError::Draw(e.to_string()))?;
-        backend.present().map_err(|e| ReportError::Draw(e.to_string()))?;
+        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut text, (width, height)) };
+        let drawn = figure.draw(&mut canvas).and_then(|()| canvas.backend.present());
+        drawn.map_err(|e| ReportError::Draw(e.to_string()))?;
     }
     let body = text.find(">\n").map_or("", |i| &text[i + 2..]);
-    let root = format!("<svg viewBox=\"0 0 {} {}\" role=\"img\" stroke-linejoin=\"round\">\n", units.0, units.1);
+    let root = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" stroke-linejoin=\"round\">\n");
     Ok(root + &body.replace(" opacity=\"1\"", "").replace(" \"", "\"").replace("\n</text>", "</text>"))
 }
 
@@ -117,12 +135,13 @@ impl Marker {
     pub const SERIES: [Self; 4] = [Self::Circle, Self::Square, Self::Triangle, Self::Diamond];
 }
 
-/// A backend with fractional pixels; the origin is the top left corner, y downwards.
+/// Drawing in fractional pixels; the origin is the top left corner, y downwards.
 /// Points that are not finite are left out, and break a line.
-pub struct Canvas<'a, DB: DrawingBackend> {
-    backend: &'a mut DB,
-    scale: f64,
+pub struct Canvas<'a> {
+    backend: SVGBackend<'a>,
 }
+
+const SCALE: f64 = UNITS_PER_PIXEL as f64;
 
 struct Style(BackendColor, u32);
 
@@ -135,44 +154,38 @@ impl BackendStyle for Style {
     }
 }
 
-impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
-    /// A canvas of `size` pixels that covers the whole backend.
-    pub fn new(backend: &'a mut DB, size: (u32, u32)) -> Self {
-        let scale = f64::from(backend.get_size().0) / f64::from(size.0.max(1));
-        Self { backend, scale }
-    }
+fn at((x, y): (f64, f64)) -> BackendCoord {
+    ((x * SCALE).round() as i32, (y * SCALE).round() as i32)
+}
 
-    fn at(&self, (x, y): (f64, f64)) -> BackendCoord {
-        ((x * self.scale).round() as i32, (y * self.scale).round() as i32)
-    }
-
+impl Canvas<'_> {
     /// Fills an area.
-    pub fn area(&mut self, points: &[(f64, f64)], fill: BackendColor) -> Drawn<DB> {
+    pub fn area(&mut self, points: &[(f64, f64)], fill: BackendColor) -> Drawn {
         if points.len() < 3 || points.iter().any(|p| !finite(p)) {
             return Ok(());
         }
-        let points: Vec<_> = points.iter().map(|p| self.at(*p)).collect();
+        let points: Vec<_> = points.iter().map(|p| at(*p)).collect();
         self.backend.fill_polygon(points, &Style(fill, 0))
     }
 
     /// Fills an upright rectangle.
-    pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, fill: BackendColor) -> Drawn<DB> {
+    pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, fill: BackendColor) -> Drawn {
         self.area(&[(x, y), (x + width, y), (x + width, y + height), (x, y + height)], fill)
     }
 
     /// Draws the outline of an area.
-    pub fn outline(&mut self, points: &[(f64, f64)], line: Line) -> Drawn<DB> {
+    pub fn outline(&mut self, points: &[(f64, f64)], line: Line) -> Drawn {
         let closed: Vec<_> = points.iter().chain(points.first()).copied().collect();
         self.line(&closed, line)
     }
 
     /// Draws a line through the points.
-    pub fn line(&mut self, points: &[(f64, f64)], line: Line) -> Drawn<DB> {
-        let style = Style(line.colour, (line.width * self.scale).round().max(1.0) as u32);
+    pub fn line(&mut self, points: &[(f64, f64)], line: Line) -> Drawn {
+        let style = Style(line.colour, (line.width * SCALE).round().max(1.0) as u32);
         for run in points.split(|p| !finite(p)) {
             for piece in line.dash.map_or_else(|| vec![run.to_vec()], |dash| dashes(run, dash)) {
                 if piece.len() > 1 {
-                    let mut piece: Vec<_> = piece.iter().map(|p| self.at(*p)).collect();
+                    let mut piece: Vec<_> = piece.iter().map(|p| at(*p)).collect();
                     piece.dedup();
                     self.backend.draw_path(piece, &style)?;
                 }
@@ -182,16 +195,16 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
     }
 
     /// Draws a data point of radius `r`: filled, or white with a rim.
-    pub fn marker(&mut self, marker: Marker, at: (f64, f64), r: f64, colour: BackendColor, filled: bool) -> Drawn<DB> {
+    pub fn marker(&mut self, marker: Marker, at: (f64, f64), r: f64, colour: BackendColor, filled: bool) -> Drawn {
         if !finite(&at) {
             return Ok(());
         }
         let fill = if filled { colour } else { WHITE };
         let corners: &[(f64, f64)] = match marker {
             Marker::Circle => {
-                let (centre, radius) = (self.at(at), (r * self.scale).round() as u32);
+                let (centre, radius) = (self::at(at), (r * SCALE).round() as u32);
                 self.backend.draw_circle(centre, radius, &Style(fill, 1), true)?;
-                let rim = Style(colour, (1.4 * self.scale).round().max(1.0) as u32);
+                let rim = Style(colour, (1.4 * SCALE).round().max(1.0) as u32);
                 return self.backend.draw_circle(centre, radius, &rim, false);
             }
             Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
@@ -204,13 +217,7 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
     }
 
     /// Fills the head of an arrow with its tip at `tip`, pointing along `direction` (y downwards), `length` px long.
-    pub fn arrow_head(
-        &mut self,
-        tip: (f64, f64),
-        direction: (f64, f64),
-        length: f64,
-        colour: BackendColor,
-    ) -> Drawn<DB> {
+    pub fn arrow_head(&mut self, tip: (f64, f64), direction: (f64, f64), length: f64, colour: BackendColor) -> Drawn {
         let norm = direction.0.hypot(direction.1);
         let (dx, dy) = (length * direction.0 / norm, length * direction.1 / norm);
         let back = (tip.0 - dx, tip.1 - dy);
@@ -219,12 +226,12 @@ impl<'a, DB: DrawingBackend> Canvas<'a, DB> {
     }
 
     /// Sets a line of text.
-    pub fn text(&mut self, text: &str, at: (f64, f64), style: Text) -> Drawn<DB> {
+    pub fn text(&mut self, text: &str, at: (f64, f64), style: Text) -> Drawn {
         if !finite(&at) || text.is_empty() {
             return Ok(());
         }
-        let at = self.at(at);
-        self.backend.draw_text(text, &ScaledText(style, style.em * self.scale), at)
+        let at = self::at(at);
+        self.backend.draw_text(text, &ScaledText(style, style.em * SCALE), at)
     }
 }
 
@@ -291,12 +298,12 @@ impl BackendTextStyle for ScaledText {
     }
     fn draw<E, F: FnMut(i32, i32, BackendColor) -> Result<(), E>>(
         &self,
-        text: &str,
-        (x, y): BackendCoord,
-        mut draw: F,
+        _: &str,
+        _: BackendCoord,
+        _: F,
     ) -> Result<Result<(), E>, Infallible> {
-        let mut pixels = font::pixels(text, self.1, self.0.bold).into_iter();
-        Ok(pixels.try_for_each(|((dx, dy), alpha)| draw(x + dx, y + dy, self.0.colour.mix(alpha))))
+        // SVG has text of its own.
+        Ok(Ok(()))
     }
 }
 
@@ -311,39 +318,29 @@ mod tests {
         assert!((total - 40.0).abs() < 1e-9, "{total}");
         assert!(dashes(&[], (4.0, 2.0)).iter().all(Vec::is_empty));
     }
-    /// A backend with the required methods only.
-    struct Pixels(Vec<BackendCoord>);
 
-    impl DrawingBackend for Pixels {
-        type ErrorType = Infallible;
-        fn get_size(&self) -> (u32, u32) {
-            (200, 100)
+    /// Text centred in a picture.
+    struct Centred;
+
+    impl Figure for Centred {
+        fn size(&self) -> (u32, u32) {
+            (100, 50)
         }
-        fn ensure_prepared(&mut self) -> Drawn<Self> {
-            Ok(())
-        }
-        fn present(&mut self) -> Drawn<Self> {
-            Ok(())
-        }
-        fn draw_pixel(&mut self, point: BackendCoord, _: BackendColor) -> Drawn<Self> {
-            self.0.push(point);
-            Ok(())
+        fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+            canvas.text("0.75 mm", (50.0, 25.0), Text { h: HPos::Center, bold: true, ..Text::BODY })
         }
     }
 
     #[test]
-    fn any_backend_gets_text_and_markers() {
-        let mut backend = Pixels(Vec::new());
-        let mut canvas = Canvas::new(&mut backend, (100, 50));
-        canvas.text("0.75 mm", (50.0, 25.0), Text { h: HPos::Center, ..Text::BODY }).unwrap();
-        let (xs, ys): (Vec<_>, Vec<_>) = backend.0.iter().copied().unzip();
+    fn text_is_painted_where_it_is_placed() {
+        let image = tiny_skia::Pixmap::decode_png(&png(&Centred).unwrap()).unwrap();
+        let dark = |x: u32, y: u32| image.pixel(x, y).is_some_and(|p| p.red() < 128);
+        let (xs, ys): (Vec<_>, Vec<_>) =
+            (0..100).flat_map(|y| (0..200).map(move |x| (x, y))).filter(|&(x, y)| dark(x, y)).unzip();
         let (left, right) = (xs.iter().min().unwrap(), xs.iter().max().unwrap());
-        assert!((left + right - 200).abs() < 8 && right - left > 60, "{left} {right}");
+        assert!((left + right).abs_diff(200) < 8, "{left} {right}");
+        let width = 2.0 * font::width("0.75 mm", 12.0, true);
+        assert!((f64::from(right - left) - width).abs() < 6.0, "{left} {right} {width}");
         assert!(ys.iter().all(|y| (30..70).contains(y)), "{ys:?}");
-        backend.0.clear();
-        for marker in Marker::SERIES {
-            Canvas::new(&mut backend, (100, 50)).marker(marker, (50.0, 25.0), 4.0, INK, true).unwrap();
-        }
-        assert!(backend.0.len() > 500);
     }
 }

@@ -1,7 +1,5 @@
 //! Pressure and stick/slip on the pad faces at several slides of one depth, seen along the plane's normal.
 
-use plotters_backend::DrawingBackend;
-
 use super::axes::Axis;
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text, VPos};
 use super::colour::{GREY, INK, SLIPPING, STUCK, mix, viridis};
@@ -72,13 +70,7 @@ impl ContactMaps {
         PadView::within(self.scale.window_mm, (WIDTH - LEFT - RIGHT + GAP) / 5.0 - GAP, 260.0)
     }
 
-    fn colour_bar<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        left: f64,
-        top: f64,
-        height: f64,
-    ) -> Drawn<DB> {
+    fn colour_bar(&self, canvas: &mut Canvas<'_>, left: f64, top: f64, height: f64) -> Drawn {
         let axis = &self.scale.pressure;
         canvas.text("Pressure, kPa", (left, top - 13.0), Text { bold: true, ..Text::BODY })?;
         let strips = 64;
@@ -106,7 +98,7 @@ impl Figure for ContactMaps {
         (WIDTH as u32, (TOP + 2.0 * height + GAP + BELOW).ceil() as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let view = self.view();
         let (width, height) = view.size();
         let full = self.scale.pressure.max();

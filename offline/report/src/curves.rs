@@ -1,6 +1,6 @@
 //! Charts: friction against force, force and area against depth, everything against travel.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::axes::{Axis, Panel, legend_text};
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
@@ -28,7 +28,7 @@ impl Figure for Figure2<'_> {
         (700, 500)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let depths = &self.numbers.depths;
         let force = |d: &DepthNumbers| [nan(d.normal_force_n.measured), nan(d.normal_force_n.model)];
         let friction = |d: &DepthNumbers| {
@@ -123,7 +123,7 @@ impl Figure for NormalArea<'_> {
         (900, 390)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let depths = &self.numbers.depths;
         type Pick = fn(&DepthNumbers) -> [Option<f64>; 2];
         let panels: [(&str, f64, Pick); 2] = [
@@ -169,12 +169,12 @@ impl Travel<'_> {
         (SERIES[i % SERIES.len()], Marker::SERIES[i % Marker::SERIES.len()])
     }
 
-    fn series<DB: DrawingBackend>(
+    fn series(
         &self,
-        canvas: &mut Canvas<'_, DB>,
+        canvas: &mut Canvas<'_>,
         panel: &Panel,
         of: impl Fn(&DepthNumbers) -> Vec<(f64, Option<f64>)>,
-    ) -> Drawn<DB> {
+    ) -> Drawn {
         panel.draw(canvas)?;
         let mut ends = Vec::new();
         for (i, depth) in self.numbers.depths.iter().enumerate() {
@@ -196,7 +196,7 @@ impl Figure for Travel<'_> {
         (940, 730)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let depths = &self.numbers.depths;
         let place = |i: usize, x: &Axis, y: Axis| Panel {
             left: 54.0 + 470.0 * (i % 2) as f64,

@@ -17,7 +17,6 @@ pub mod identify;
 mod mesh_view;
 mod numbers;
 mod pad_view;
-mod raster;
 mod reduced;
 mod reduced_pairs;
 pub mod simulation;

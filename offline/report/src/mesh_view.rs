@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 
 use nalgebra::Vector3;
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::BuildReport;
 use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
@@ -179,7 +179,7 @@ impl Scene {
     }
 
     /// Draws the picture with its lower left corner at `origin`, `scale` px per mm.
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, origin: (f64, f64), scale: f64) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>, origin: (f64, f64), scale: f64) -> Drawn {
         let [x0, y0, ..] = self.extent();
         let at = |p: &Point| {
             let (x, y) = self.view.flat(p);
@@ -324,7 +324,7 @@ impl Figure for MeshView {
         (WIDTH as u32, (self.layout().1.iter().sum::<f64>() + 2.0 * 34.0 + 2.0 * MARGIN).ceil() as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (scale, [upper, lower]) = self.layout();
         let half = (WIDTH - MARGIN) / 2.0;
         let title = Text { bold: true, em: 12.5, ..Text::BODY };

@@ -1,6 +1,6 @@
 //! View of the pad from the plane: faces at their current places, x from proximal to distal to the right.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::canvas::{Canvas, Drawn, HPos, Line, Text, VPos};
 use super::colour::{FAINT, GREY, WHITE, rgb};
@@ -72,13 +72,13 @@ impl PadView {
     }
 
     /// Draws the faces that lie within the window, those that touch last.
-    pub fn draw<DB: DrawingBackend>(
+    pub fn draw(
         &self,
-        canvas: &mut Canvas<'_, DB>,
+        canvas: &mut Canvas<'_>,
         corner: (f64, f64),
         faces: &[Face],
         fill: impl Fn(&FaceState) -> BackendColor,
-    ) -> Drawn<DB> {
+    ) -> Drawn {
         let (width, height) = self.size();
         let [x0, y0, w, h] = self.window_mm;
         let inside = |(x, y): &(f64, f64)| *x >= x0 && *x <= x0 + w && *y >= y0 && *y <= y0 + h;
@@ -99,13 +99,7 @@ impl PadView {
     }
 
     /// Draws ticks every 5 mm below (`x`) and left (`y`) of the view.
-    pub fn ticks<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        (left, top): (f64, f64),
-        x: bool,
-        y: bool,
-    ) -> Drawn<DB> {
+    pub fn ticks(&self, canvas: &mut Canvas<'_>, (left, top): (f64, f64), x: bool, y: bool) -> Drawn {
         let (_, height) = self.size();
         let [x0, y0, w, h] = self.window_mm;
         let fives = |from: f64, length: f64| {

@@ -3,7 +3,7 @@
 //! Main types: [`ReducedReport`], [`PathPair`]; [`render_reduced`] makes page, numbers and figures. Computes nothing
 //! but histograms.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Panel, legend_text};
@@ -79,7 +79,7 @@ fn cap(way: &[PairRow]) -> f64 {
     way.last().map_or(0.0, |r| r.way_mm)
 }
 
-fn legend<DB: DrawingBackend>(canvas: &mut Canvas<'_, DB>, at: (f64, f64)) -> Drawn<DB> {
+fn legend(canvas: &mut Canvas<'_>, at: (f64, f64)) -> Drawn {
     canvas.marker(Marker::Circle, (at.0, at.1), 3.5, INK, false)?;
     legend_text(canvas, (at.0 + 12.0, at.1), "finite elements")?;
     canvas.line(&[(at.0 + 120.0, at.1), (at.0 + 144.0, at.1)], Line::solid(INK, 2.0))?;
@@ -87,12 +87,12 @@ fn legend<DB: DrawingBackend>(canvas: &mut Canvas<'_, DB>, at: (f64, f64)) -> Dr
 }
 
 /// Draws one series of both models: points and line.
-fn both<DB: DrawingBackend>(
-    canvas: &mut Canvas<'_, DB>,
+fn both(
+    canvas: &mut Canvas<'_>,
     panel: &Panel,
     rows: impl Iterator<Item = (f64, [f64; 2])>,
     colour: BackendColor,
-) -> Drawn<DB> {
+) -> Drawn {
     let rows: Vec<_> = rows.collect();
     let line: Vec<_> = rows.iter().map(|(x, y)| panel.at(*x, y[1])).collect();
     canvas.line(&line, Line::solid(colour, 2.0))?;
@@ -110,7 +110,7 @@ impl Figure for Backbone<'_> {
         (760, 480)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let Self(pairs, label, axis) = self;
         let slid =
             |p: &PathPair| -> Vec<PairRow> { p.rows.iter().filter(|r| r.slide_mm != [0.0; 2]).copied().collect() };
@@ -144,7 +144,7 @@ impl Figure for Loops<'_> {
         (980, 400)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         legend(canvas, (330.0, 18.0))?;
         for (k, pair) in self.0.iter().enumerate() {
             let far = pair
@@ -174,7 +174,7 @@ impl Figure for Along<'_> {
         (760, 760)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let rows = &self.0.rows;
         legend(canvas, (250.0, 16.0))?;
         let x = |label: &str| Axis::covering(label, [0.0, 0.0], std::iter::once(cap(rows)), 8);
@@ -226,7 +226,7 @@ impl Figure for Histogram {
         (980, 330)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         const BINS: usize = 41;
         for (k, (label, errors, reach)) in self.0.iter().enumerate() {
             let mut counts = [0usize; BINS];
@@ -257,7 +257,7 @@ impl Figure for Sizes<'_> {
         (760, 420)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let x = Axis::covering("Springs", [2.0, 8.0], std::iter::empty(), 7);
         let values = self.0.iter().flat_map(|p| [p.friction_percent, p.normal_percent, p.stick_percent]);
         let y = Axis::covering("RMS error on held-out paths, %", [0.0, 0.0], values, 6);

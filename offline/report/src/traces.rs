@@ -2,8 +2,6 @@
 //!
 //! Main function: [`traces_png`]. Uses axes and canvas.
 
-use plotters_backend::DrawingBackend;
-
 use super::ReportError;
 use super::axes::{Axis, Panel, legend_text};
 use super::canvas::{Canvas, Drawn, Figure, Line, Marker, Text, png};
@@ -64,7 +62,7 @@ impl Figure for Charts<'_> {
         (width as u32, (ABOVE + self.legend_height() + HEIGHT + BELOW) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         for (i, chart) in self.0.iter().enumerate() {
             chart.draw(canvas, WIDTH * i as f64, self.legend_height())?;
         }
@@ -73,7 +71,7 @@ impl Figure for Charts<'_> {
 }
 
 impl TraceChart {
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, left: f64, legend: f64) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>, left: f64, legend: f64) -> Drawn {
         let of = |k: usize| self.traces.iter().flat_map(move |trace| trace.points.iter().map(move |p| p[k]));
         let first = of(0).find(|x| x.is_finite()).unwrap_or(0.0);
         let panel = Panel {

@@ -3,7 +3,7 @@
 use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, Gradient, ModelFile, Motion, Normal, PadModelFile, Response, SPRINGS,
+    Contact, Drive, Driven, Error, File, Gradient, Model, ModelFile, Motion, Normal, PadModelFile, Response, SPRINGS,
     SpinState, State, StateOf, Surroundings, Tangential, Tuning, state_bytes,
 };
 

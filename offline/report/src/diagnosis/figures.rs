@@ -1,6 +1,6 @@
 //! Bars of residuals and of evidence, and residuals over a driver.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::words::axis;
 use crate::axes::{Axis, Panel};
@@ -24,7 +24,7 @@ impl Figure for Driver<'_> {
         if self.narrow { (380, 400) } else { (900, 400) }
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let points = &self.plot.points;
@@ -97,7 +97,7 @@ impl Figure for Bars<'_> {
         )
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let mut tests: Vec<_> = self.report.tests.iter().filter(|t| t.testable).collect();
@@ -180,7 +180,7 @@ impl Figure for GapBars<'_> {
         if self.narrow { (380, 290 + 20 * self.series.len() as u32) } else { (900, 290) }
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let values = self.series.iter().flat_map(|s| s.1).map(|v| 1000.0 * v);

@@ -1,7 +1,5 @@
 //! Forces over rows and against each other.
 
-use plotters_backend::DrawingBackend;
-
 use crate::axes::{Axis, Panel};
 use crate::canvas::{Canvas, Drawn, Figure, Line, Marker, Text};
 use crate::colour::{GREY, INK, MODEL, SERIES, WHITE, mix};
@@ -25,7 +23,7 @@ impl Figure for Traces<'_> {
         if self.narrow { (380, (68.0 + 2.0 * height) as u32) } else { (940, (48.0 + height) as u32) }
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let models = [("as calibrated", mix(WHITE, GREY, 0.6)), ("refitted", MODEL), ("with the effect", SERIES[1])];
@@ -101,7 +99,7 @@ impl Figure for Scatter<'_> {
         }
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let all = || self.plot.points.iter().chain(&self.plot.curves).flat_map(|s| &s.1);

@@ -136,65 +136,15 @@ pub fn plan_csv(plan: &NextExperiment) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::convert::Infallible;
-
     use fingerpad_diagnose::{DriverPlot, ForceTrace, Plot, Region};
-    use plotters_backend::text_anchor::HPos;
-    use plotters_backend::{BackendColor, BackendCoord, BackendTextStyle, DrawingBackend, DrawingErrorKind};
 
-    use super::canvas::Canvas;
     use super::*;
 
-    /// A backend that measures only the extent of texts and areas.
-    struct Reach {
-        size: (u32, u32),
-        x: [f64; 2],
-        bottom: f64,
-    }
-
-    impl Reach {
-        fn add(&mut self, left: f64, right: f64, bottom: f64) {
-            self.x = [self.x[0].min(left), self.x[1].max(right)];
-            self.bottom = self.bottom.max(bottom);
-        }
-
-        /// Whether all that a figure draws lies within it.
-        fn holds(figure: &impl Figure) -> bool {
-            let size = figure.size();
-            let mut reach = Self { size: (10 * size.0, 10 * size.1), x: [0.0; 2], bottom: 0.0 };
-            figure.draw(&mut Canvas::new(&mut reach, size)).unwrap();
-            reach.x[0] >= 0.0 && reach.x[1] <= f64::from(reach.size.0) && reach.bottom <= f64::from(reach.size.1)
-        }
-    }
-
-    type Drawn = Result<(), DrawingErrorKind<Infallible>>;
-
-    impl DrawingBackend for Reach {
-        type ErrorType = Infallible;
-        fn get_size(&self) -> (u32, u32) {
-            self.size
-        }
-        fn ensure_prepared(&mut self) -> Drawn {
-            Ok(())
-        }
-        fn present(&mut self) -> Drawn {
-            Ok(())
-        }
-        fn draw_pixel(&mut self, (x, y): BackendCoord, _: BackendColor) -> Drawn {
-            self.add(f64::from(x), f64::from(x), f64::from(y));
-            Ok(())
-        }
-        fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn {
-            let width = f64::from(style.layout_box(text).unwrap().1.0);
-            let left = f64::from(x)
-                - match style.anchor().h_pos {
-                    HPos::Left => 0.0,
-                    HPos::Center => 0.5 * width,
-                    HPos::Right => width,
-                };
-            self.add(left, left + width, f64::from(y));
-            Ok(())
-        }
+    /// Whether all that a figure draws lies within it.
+    fn stays_within(figure: &impl Figure) -> bool {
+        let tree = canvas::tree(figure).unwrap();
+        let (size, drawn) = (tree.size(), tree.root().abs_bounding_box());
+        drawn.left() >= 0.0 && drawn.right() <= size.width() && drawn.top() >= 0.0 && drawn.bottom() <= size.height()
     }
 
     #[test]
@@ -238,13 +188,13 @@ mod tests {
         };
         let names = ["as calibrated", "refitted", "with the effect", "finite elements with it", "noise floor"];
         for narrow in [false, true] {
-            assert!(Reach::holds(&residual_map::ResidualMap { map: &map, scale: 0.2, narrow }), "map, {narrow}");
-            assert!(Reach::holds(&force_plots::Scatter { plot: &plot, narrow }), "scatter, {narrow}");
-            assert!(Reach::holds(&figures::Driver { plot: &driver, unit: "°C", narrow }), "driver, {narrow}");
+            assert!(stays_within(&residual_map::ResidualMap { map: &map, scale: 0.2, narrow }), "map, {narrow}");
+            assert!(stays_within(&force_plots::Scatter { plot: &plot, narrow }), "scatter, {narrow}");
+            assert!(stays_within(&figures::Driver { plot: &driver, unit: "°C", narrow }), "driver, {narrow}");
             let traces = &[trace(), trace(), trace()];
-            assert!(Reach::holds(&force_plots::Traces { traces, claimed: true, narrow }), "traces, {narrow}");
+            assert!(stays_within(&force_plots::Traces { traces, claimed: true, narrow }), "traces, {narrow}");
             let series = names.iter().map(|name| (*name, [0.0137, 0.0911, 0.3214], crate::colour::INK)).collect();
-            assert!(Reach::holds(&figures::GapBars { series, narrow }), "bars, {narrow}");
+            assert!(stays_within(&figures::GapBars { series, narrow }), "bars, {narrow}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The map of residuals over the columns.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::words::axis;
 use crate::canvas::{Canvas, Drawn, Figure, HPos, Marker, Text};
@@ -51,7 +51,7 @@ impl Figure for ResidualMap<'_> {
         if self.narrow { (380, (44.0 + 3.0 * (AROUND + rows)) as u32) } else { (1080, (44.0 + AROUND + rows) as u32) }
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let small = Text { em: 10.5, colour: GREY, ..Text::BODY };

@@ -1,7 +1,5 @@
 //! Figures of the law's search: the simplex on its error surface, the region of the constants.
 
-use plotters_backend::DrawingBackend;
-
 use super::super::axes::legend_text;
 use super::super::canvas::{Canvas, Drawn, Figure, Line, Marker, Text};
 use super::super::colour::{ESTIMATE, GREY, INK, MODEL, PAIR, SERIES, WHITE, mix, rgb};
@@ -28,7 +26,7 @@ impl Figure for SimplexPaths<'_> {
         (760, 540)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let s = self.surface;
         let (first, last) = (s.ln_lambda[0].exp(), s.ln_lambda[s.ln_lambda.len() - 1].exp());
         let plot = Plot {
@@ -116,7 +114,7 @@ impl Figure for SimplexPaths<'_> {
     }
 }
 
-fn cross<DB: DrawingBackend>(canvas: &mut Canvas<'_, DB>, (x, y): (f64, f64)) -> Drawn<DB> {
+fn cross(canvas: &mut Canvas<'_>, (x, y): (f64, f64)) -> Drawn {
     for (dx, dy) in [(6.0, 0.0), (0.0, 6.0)] {
         canvas.line(&[(x - dx, y - dy), (x + dx, y + dy)], Line::solid(INK, 2.0))?;
     }
@@ -133,7 +131,7 @@ impl Figure for Region<'_> {
         (700, 500)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let Some(map) = &self.law.map else { return Ok(()) };
         let ends = |v: &[f64]| [v[0], v[v.len() - 1]];
         let plot = Plot {

@@ -1,7 +1,5 @@
 //! A chart whose axes may be logarithmic, and contours of a grid.
 
-use plotters_backend::DrawingBackend;
-
 use super::super::axes::Axis;
 use super::super::canvas::{Canvas, Drawn, HPos, Line, Text, VPos};
 use super::super::colour::{FAINT, GREY};
@@ -98,19 +96,14 @@ impl Plot {
     }
 
     /// The parts of a line that lie on the chart; a point off it breaks the line.
-    pub fn line<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        points: impl Iterator<Item = (f64, f64)>,
-        line: Line,
-    ) -> Drawn<DB> {
+    pub fn line(&self, canvas: &mut Canvas<'_>, points: impl Iterator<Item = (f64, f64)>, line: Line) -> Drawn {
         let path: Vec<_> =
             points.map(|(x, y)| if self.holds(x, y) { self.at(x, y) } else { (f64::NAN, f64::NAN) }).collect();
         canvas.line(&path, line)
     }
 
     /// Draws grid, ticks, numbers and labels; the upward axis is named above it.
-    pub fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    pub fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (right, bottom) = (self.left + self.width, self.top + self.height);
         let small = Text { em: 11.5, colour: GREY, ..Text::BODY };
         for (tick, text) in &self.y.ticks {

@@ -1,6 +1,6 @@
 //! Figures beside the table: before and after, left out and predicted, the curve, sensitivities, a population.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::super::axes::legend_text;
 use super::super::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text, VPos};
@@ -42,7 +42,7 @@ impl Figure for TableFit<'_> {
         (1180, 420)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let picks: [Pick; 3] = [
             ("Normal force, N", |p| p.normal_force_n, |m| m.normal_force_n),
             ("Contact area, mm²", |p| p.contact_area_mm2.unwrap_or(f64::NAN), |m| m.contact_area_mm2),
@@ -96,7 +96,7 @@ impl Figure for LeftOutErrors<'_> {
         (760, 420)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         const LOOKS: [(&str, BackendColor, Marker); 4] = [
             ("finite elements at the depth", SERIES[0], Marker::Square),
             ("finite elements at the measured N", SERIES[2], Marker::Circle),
@@ -149,7 +149,7 @@ impl Figure for CurveFigure<'_> {
         (820, 480)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let Some(curve) = &self.outcome.curve else { return Ok(()) };
         let forces = || {
             let points = curve.points.iter().map(|p| p.normal_force_n).chain(curve.continued.iter().map(|c| c[0]));
@@ -219,7 +219,7 @@ impl Figure for Tornado<'_> {
         (1180, 118 + 27 * self.rows().len() as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let rows = self.rows();
         type Of = fn(&Sensitivity) -> [Option<f64>; 2];
         let panels: [(&str, Of); 3] = [
@@ -315,7 +315,7 @@ impl Figure for Subjects<'_> {
         (720, 480)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let subjects = &self.population.subjects;
         let ends = |v: f64, e: Option<f64>| [v - e.unwrap_or(0.0), v + e.unwrap_or(0.0)];
         let xs = subjects.iter().flat_map(|s| ends(s.tau_ref_kpa, s.tau_ref_error_kpa));

@@ -1,7 +1,7 @@
 //! The response over time: panels one above the other, regimes as shades behind them.
 
 use fingerpad::Regime;
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::Marks;
 use super::series::{ALONG, Panel as PanelOf, Series};
@@ -90,7 +90,7 @@ impl Along<'_> {
         Panel { left: LEFT, top, width: self.width - LEFT - RIGHT, height: HEIGHT, x: x.clone(), y }
     }
 
-    fn regimes<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
+    fn regimes(&self, canvas: &mut Canvas<'_>, panel: &Panel) -> Drawn {
         for (regime, [start, end]) in regimes(self.responses) {
             let [left, right] = [start, end].map(|t_s| panel.at(t_s, panel.y.max()).0);
             canvas.rect(left, panel.top, right - left, panel.height, shade(regime))?;
@@ -98,7 +98,7 @@ impl Along<'_> {
         Ok(())
     }
 
-    fn regime_legend<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn regime_legend(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let entries = [
             (Regime::NoContact, "no contact"),
             (Regime::Stick, "stick"),
@@ -115,7 +115,7 @@ impl Along<'_> {
     }
 
     /// Letters above the first panel.
-    fn letters<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, first: &Panel) -> Drawn<DB> {
+    fn letters(&self, canvas: &mut Canvas<'_>, first: &Panel) -> Drawn {
         let [upper, lower] = [12.0, 27.0].map(|y| 12.0 + 22.0 * self.legend_rows() + y - 4.0);
         let mut last = (f64::NEG_INFINITY, lower);
         for (letter, response) in &self.marks.0 {
@@ -130,7 +130,7 @@ impl Along<'_> {
     }
 
     /// A line through a panel at every mark.
-    fn marks<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, panel: &Panel) -> Drawn<DB> {
+    fn marks(&self, canvas: &mut Canvas<'_>, panel: &Panel) -> Drawn {
         let dash = Line { colour: GREY, width: 0.8, dash: Some((3.0, 3.0)) };
         for (_, response) in &self.marks.0 {
             let at = |y| panel.at(response.t_s, y);
@@ -139,13 +139,7 @@ impl Along<'_> {
         Ok(())
     }
 
-    fn curves<DB: DrawingBackend>(
-        &self,
-        canvas: &mut Canvas<'_, DB>,
-        panel: &Panel,
-        label: &str,
-        series: &[Series],
-    ) -> Drawn<DB> {
+    fn curves(&self, canvas: &mut Canvas<'_>, panel: &Panel, label: &str, series: &[Series]) -> Drawn {
         let name_at = (LEFT - 34.0, panel.top - 27.0);
         canvas.text(label, name_at, Text { bold: true, em: 12.5, ..Text::BODY })?;
         let mut at = match self.width < WIDE {
@@ -172,7 +166,7 @@ impl Figure for Along<'_> {
         (self.width as u32, (self.top() + panels * (ABOVE + HEIGHT + BELOW) + 22.0) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let panels = self.panels();
         let times = || self.responses.iter().map(|r| r.t_s);
         let start = times().next().unwrap_or(0.0);

@@ -1,7 +1,5 @@
 //! Forces against the motion that makes them, with the sense in which each loop is run through.
 
-use plotters_backend::DrawingBackend;
-
 use super::Marks;
 use super::along::WIDE;
 use super::series::{LOOPS, Loop};
@@ -87,7 +85,7 @@ impl Figure for Loops<'_> {
         (self.width as u32, ((TOP + HEIGHT + BELOW) * rows as f64) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         for (k, of) in self.present().into_iter().enumerate() {
             let panel = self.place(k, of);
             panel.draw(canvas)?;
@@ -109,13 +107,13 @@ impl Figure for Loops<'_> {
 
 impl Loops<'_> {
     /// Marks with their letters, those of one place together, where the curve has most room.
-    fn letters<DB: DrawingBackend>(
+    fn letters(
         &self,
-        canvas: &mut Canvas<'_, DB>,
+        canvas: &mut Canvas<'_>,
         panel: &Panel,
         line: &[(f64, f64)],
         at: &dyn Fn(&Response) -> (f64, f64),
-    ) -> Drawn<DB> {
+    ) -> Drawn {
         let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
         let mut labels: Vec<((f64, f64), String)> = Vec::new();
         for (letter, response) in &self.marks.0 {

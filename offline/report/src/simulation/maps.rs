@@ -1,6 +1,6 @@
 //! The contact at chosen rows: pressure, stick and slip, accumulated slip, traction on the faces of the pad.
 
-use plotters_backend::{BackendColor, DrawingBackend};
+use plotters_backend::BackendColor;
 
 use super::{MapNumbers, SimulationReport};
 use crate::ReportError;
@@ -134,7 +134,7 @@ impl ContactMap<'_> {
     }
 
     /// Arrows of the faces that lie nearest to the points of a square grid.
-    fn arrows<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, of: fn(&FaceState) -> [f64; 2]) -> Drawn<DB> {
+    fn arrows(&self, canvas: &mut Canvas<'_>, of: fn(&FaceState) -> [f64; 2]) -> Drawn {
         let mut nearest: std::collections::BTreeMap<(i64, i64), (f64, (f64, f64), [f64; 2])> = Default::default();
         for (outline, state) in self.faces.iter().filter(|f| touches(&f.1)) {
             let corners = outline.len() as f64;
@@ -164,7 +164,7 @@ impl ContactMap<'_> {
         Ok(())
     }
 
-    fn colour_bar<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, top: f64) -> Drawn<DB> {
+    fn colour_bar(&self, canvas: &mut Canvas<'_>, top: f64) -> Drawn {
         let (left, width) = (LEFT + 10.0, WIDTH - LEFT - RIGHT - 30.0);
         let strips = 60;
         let step = width / f64::from(strips);
@@ -181,7 +181,7 @@ impl ContactMap<'_> {
         Ok(())
     }
 
-    fn stick_legend<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>, top: f64) -> Drawn<DB> {
+    fn stick_legend(&self, canvas: &mut Canvas<'_>, top: f64) -> Drawn {
         let partly = mix(SLIPPING, STUCK, 0.5);
         let entries = [(STUCK, "stuck"), (partly, "partly"), (SLIPPING, "slipping"), (UNTOUCHED, "none")];
         for (i, (colour, name)) in entries.into_iter().enumerate() {
@@ -200,7 +200,7 @@ impl Figure for ContactMap<'_> {
         (WIDTH as u32, (TOP + self.view.size().1 + BELOW).ceil() as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let corner = self.corner();
         let (width, height) = self.view.size();
         canvas.text(self.title, (LEFT - 16.0, 13.0), Text { bold: true, em: 12.5, ..Text::BODY })?;

@@ -1,7 +1,5 @@
 //! The figures of a diagnosis of a table.
 
-use plotters_backend::DrawingBackend;
-
 use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::colour::{ESTIMATE, FAINT, GREY, INK, MODEL, PAIR, WHITE};
 use crate::identify::plot::{Plot, Scale};
@@ -32,7 +30,7 @@ impl Figure for Cells<'_> {
         (60 + (CHART * self.measured().len() as f64) as u32, 400)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let series: [(Marker, _, fn(&CellGap) -> f64, &str); 3] = [
@@ -106,7 +104,7 @@ impl Figure for Candidates<'_> {
         (940, (66.0 + ROW * self.shown().len() as f64) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, canvas: &mut Canvas<'_, DB>) -> Drawn<DB> {
+    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
         let (width, height) = self.size();
         canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
         let shown = self.shown();
