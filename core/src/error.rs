@@ -118,7 +118,6 @@ pub enum Field {
     Size,
     Stiffness,
     Lambda,
-    Tau0,
     /// The values of the effect slots, six a slot, counted through the file.
     EffectValue,
     State,

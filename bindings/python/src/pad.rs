@@ -310,7 +310,8 @@ impl<const P: usize> Group for Patches<P> {
     fn step(&mut self, first: usize, row: &Row, out: &mut [u32]) -> Result<(), Error> {
         let count = row.depth_mm.len();
         let words = out.len() / count.max(1);
-        let pad = self.pad();
+        let tables = self.tables.clone();
+        let pad = tables.pad().tuned(self.tuning)?;
         let contacts = (&mut self.states[first..first + count], &self.poses_deg[first..first + count]);
         match self.body {
             Body::Plane => step_all(&pad, &Plane, contacts, row, out),

@@ -134,6 +134,22 @@ def test_diagnose_takes_columns_and_units_as_they_come(root: Path) -> None:
         fingerpad.diagnose(*mine, columns={"run": "Versuch"}, units={"depth": "um"})
 
 
+def test_diagnose_appends_runs_and_turns_forces(root: Path) -> None:
+    """Runs that are appended, of a sensor that is mounted upside down: the report of one file in the contact frame."""
+    examples = root / "data/examples"
+    calibration, measured = (frame(examples / f"{name}.csv") for name in ("calibration", "measured"))
+    whole = fingerpad.diagnose(calibration, measured)
+    turned = {"friction_y_n": -1, "normal_force_n": -1}
+    calibration, measured = (f.assign(**{c: s * f[c] for c, s in turned.items()}) for f in (calibration, measured))
+    names = list(dict.fromkeys(measured["run_id"]))
+    parts = [measured[measured["run_id"].isin(some)] for some in (names[:9], names[9:12], names[12:])]
+    found = fingerpad.diagnose(calibration, parts[0], append=parts[1:], sensor_matrix=[1, 0, 0, 0, -1, 0, 0, 0, -1])
+    assert [file["role"] for file in found.report["input"]] == ["calibration", "measured", "appended", "appended"]
+    assert found.report["effects"] == whole.report["effects"]
+    with pytest.raises(InputError, match="left-handed"):
+        fingerpad.diagnose(calibration, measured, sensor_matrix=[1, 0, 0, 0, 1, 0, 0, 0, -1])
+
+
 def test_diagnose_forces_and_table(root: Path, tmp_path: Path) -> None:
     table = root / "data/yoshida2011.csv"
     found = fingerpad.diagnose_table(frame(table), mesh_preset="coarse")

@@ -253,10 +253,14 @@ def diagnose(
     measured: Table,
     *,
     holdout: Table | None = None,
+    append: Sequence[Table] = (),
+    append_start_s: Sequence[float] | None = None,
     model: Model | Place | None = None,
     laws: Place | None = None,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
+    sensor_rpy_deg: Sequence[float] | None = None,
+    sensor_matrix: Sequence[float] | None = None,
     covariate_sd: Mapping[str, float] | None = None,
     can_set: Sequence[str] | None = None,
     least_rest_s: float | None = None,
@@ -275,6 +279,10 @@ def diagnose(
     calibration: runs without an effect. measured: runs to be explained. holdout: runs that are opened after the verdict.
     Columns run_id, t_s, depth_mm, slide_x_mm, slide_y_mm, normal_force_n, friction_x_n, friction_y_n and state columns;
     columns: their names in these tables, as in {"run": "Trial"}; units: their units, as in {"depth": "um"}.
+    append: further measured runs, one table after the other; append_start_s: the time of the first row of each on the clock of
+    measured, where its clock was started again.
+    sensor_rpy_deg: roll, pitch and yaw of the force sensor in the contact frame, degrees; sensor_matrix: the same as nine numbers,
+    row by row. Forces are turned by one of them.
     laws: file of laws of one's own. covariate_sd: standard deviation of a state column's readings.
     can_set, least_rest_s: what the next experiment may vary, and the least rest between its strokes.
     alpha, seed: level and seed of the sign-flip test.
@@ -292,6 +300,9 @@ def diagnose(
         "laws": laws,
         "map": _pairs(columns),
         "unit": _pairs(units),
+        "sensor_rpy_deg": sensor_rpy_deg,
+        "sensor_matrix": sensor_matrix,
+        "append_start_s": append_start_s,
         "can_set": can_set,
         "least_rest_s": least_rest_s,
         "alpha": alpha,
@@ -304,6 +315,7 @@ def diagnose(
         "out": folder.path,
     }
     errors = [f"--covariate-sd={column}={float(sd)!r}" for column, sd in (covariate_sd or {}).items()]
+    errors += [f"--append={folder.table(f'append_{number}', runs)}" for number, runs in enumerate(append)]
     text = folder.run("diagnose", options, progress, *errors)
     return Diagnosis(report=_json(folder.path / "report.json"), text=text, _folder=folder)
 
