@@ -5,8 +5,9 @@
 //! contact that still sticks. When slip begins, or the margin falls, the grip grows to the force that the load needs. The fingers really have a
 //! tenth less friction than the model, and the grip shakes by 5 um.
 
+use fingerpad::build::Params;
 use fingerpad::events::{Change, Watch};
-use fingerpad::{Drive, Model, Motion, Normal, Params, State, Tangential, Tuning, step};
+use fingerpad::{Drive, Model, Motion, Normal, State, Tangential, Tuning, step};
 
 const DT_S: f32 = 1e-3;
 /// Margin that the grip is to leave beyond the model's band, and the one below which it grows.

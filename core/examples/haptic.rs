@@ -5,7 +5,8 @@
 //! renderer books what it gives (the passivity observer of Hannaford and Ryu 2002, IEEE Trans. Robot. Autom. 18:1), and where the
 //! books fall below a reserve it brakes by as much. The books are those of the device, with its noise; the example keeps true ones beside.
 
-use fingerpad::{Model, Motion, Params, State, step};
+use fingerpad::build::Params;
+use fingerpad::{Model, Motion, State, step};
 
 const DT_S: f32 = 1e-3;
 /// Most that the brake may do, N s/mm.

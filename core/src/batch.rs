@@ -133,7 +133,8 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Params, State, step};
+    use crate::build::Params;
+    use crate::{State, step};
 
     /// A batch gives the bits of steps one by one; slices of another length are refused and nothing moves.
     #[test]

@@ -2,11 +2,12 @@
 //!
 //! [`DataOf::check`] is run on parameters and on files alike. Uses model, table, error.
 
+use crate::Error;
+use crate::build::DataOf;
 use crate::error::Field;
 use crate::math::Scalar;
 use crate::spring::ODD_MAX;
 use crate::table::{Line, Parabola, Row};
-use crate::{DataOf, Error};
 
 fn in_range<T: Scalar>(what: Field, index: usize, value: T, low: f32, high: f32) -> Result<(), Error> {
     let value = value.to_f32();

@@ -35,7 +35,7 @@ pub struct Spring<T = f32> {
     pub arm_mm: [T; 2],
 }
 
-/// The numbers of a model as they lie in flash, made by [`crate::ParamsOf::try_build`] or read from a file.
+/// The numbers of a model as they lie in flash, made by [`crate::build::ParamsOf::try_build`] or read from a file.
 ///
 /// Plain 32-bit floats throughout, so that a file can be used where it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,15 +49,15 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     pub depth_max: T,
     /// Cells of the tables per mm.
     pub cells_per_mm: T,
-    /// [`crate::ParamsOf::odd_per_mm`].
+    /// [`crate::build::ParamsOf::odd_per_mm`].
     pub odd: T,
     /// Growth of the area at full shear along +x, share; the same is lost along −x.
     pub area_tilt: T,
-    /// [`crate::ParamsOf::pressure_centre_per_n`].
+    /// [`crate::build::ParamsOf::pressure_centre_per_n`].
     pub pressure_centre_per_n: [T; 2],
-    /// [`crate::ParamsOf::spin_cross`].
+    /// [`crate::build::ParamsOf::spin_cross`].
     pub spin_cross: T,
-    /// [`crate::ParamsOf::slip_lead`] at touch, and its change over a cell.
+    /// [`crate::build::ParamsOf::slip_lead`] at touch, and its change over a cell.
     pub slip_lead: [T; 2],
     /// Mean arm of the springs, mm.
     pub gyration: T,
@@ -160,7 +160,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
 }
 
 impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
-    /// A model on these numbers as they are; see [`crate::ParamsOf::build_unchecked`].
+    /// A model on these numbers as they are; see [`crate::build::ParamsOf::build_unchecked`].
     pub fn model_unchecked(&self) -> ModelOf<'_, M, N, T> {
         ModelOf { data: self, units: Units::fitted() }
     }

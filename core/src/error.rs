@@ -143,7 +143,7 @@ impl core::fmt::Display for Error {
         match *self {
             Self::Magic => f.write_str("not a model file (it does not start with FPM1)"),
             Self::Version { found } => {
-                write!(f, "format version {found}; this library reads version {}", crate::VERSION)
+                write!(f, "format version {found}; this library reads version {}", crate::build::VERSION)
             }
             Self::Length { expected, found } => write!(f, "{found} bytes where {expected} are expected"),
             Self::Checksum => f.write_str("checksum wrong: the file is damaged"),

@@ -64,7 +64,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
 
     /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`, even if the
     /// finger holds less than the model says by the half-width of friction's 95 % band in full slip
-    /// ([`crate::ParamsOf::band_friction_slip`] times the friction limit). A step then shows a margin that is larger by about
+    /// ([`crate::build::ParamsOf::band_friction_slip`] times the friction limit). A step then shows a margin that is larger by about
     /// that share.
     ///
     /// * `load_n`: friction that the contact has to carry, N

@@ -39,8 +39,22 @@ mod stick_ratio;
 mod table;
 mod tuning;
 
-pub use batch::{BatchLength, Forces, Motions};
-pub use data::{Data, DataOf, Model, ModelOf, NODES, SPRINGS, Spring};
+/// For programs that make or inspect models: parameters, the numbers in flash, the sections of a file.
+pub mod build {
+    pub use crate::data::{Data, DataOf, Spring};
+    pub use crate::model_file::{MAGIC, VERSION};
+    pub use crate::params::{Node, Params, ParamsOf, SpringParams};
+    pub use crate::sections::{EffectSlot, TableColumn, Tables};
+    pub use crate::table::{Line, Parabola, Row};
+}
+/// For programs on a host: batches of contacts, and model files that own their bytes.
+pub mod host {
+    pub use crate::batch::{BatchLength, Forces, Motions};
+    #[cfg(feature = "std")]
+    pub use crate::owned::{ModelFile, PadModelFile};
+}
+
+pub use data::{Model, ModelOf, NODES, SPRINGS};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
@@ -49,15 +63,10 @@ pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
 pub use math::{Elementary, Scalar};
-pub use model_file::{File, FileOf, MAGIC, VERSION};
-#[cfg(feature = "std")]
-pub use owned::{ModelFile, PadModelFile};
-pub use params::{Node, Params, ParamsOf, SpringParams};
+pub use model_file::{File, FileOf};
 pub use regime::{Regime, Status};
 pub use response::{Motion, Response};
 pub use save::{STATE_BYTES, state_bytes};
-pub use sections::{EffectSlot, TableColumn, Tables};
 pub use state::{SpinState, State, StateOf};
 pub use step::step;
-pub use table::{Line, Parabola, Row};
 pub use tuning::Tuning;

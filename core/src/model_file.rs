@@ -2,9 +2,10 @@
 //!
 //! The layout is described in `core/docs/fpm-format.md` with test vectors. Uses model, check, error.
 
+use crate::build::DataOf;
 use crate::effects::OWN;
 use crate::sections::{COLUMNS, EffectSlot, TableColumn, Tables};
-use crate::{DataOf, Error, ModelOf};
+use crate::{Error, ModelOf};
 
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
@@ -318,7 +319,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             let [x, y] = s.arm_mm;
             [s.stiffness, s.sharpness, s.centre_mm, x, y]
         });
-        head.into_iter().chain(bands).chain(springs).chain(self.rows.iter().flat_map(crate::Row::numbers))
+        head.into_iter().chain(bands).chain(springs).chain(self.rows.iter().flat_map(crate::build::Row::numbers))
     }
 
     /// Checksum of the numbers; a saved state contains it. Costs about 20 instructions a byte.
@@ -341,8 +342,8 @@ macro_rules! include_fpm {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::{Data, Params};
     use crate::data::NODES;
-    use crate::{Data, Params};
 
     #[repr(C, align(8))]
     struct Aligned([u8; 16384]);

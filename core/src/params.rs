@@ -2,11 +2,12 @@
 //!
 //! Main types: [`ParamsOf`], [`Node`], [`SpringParams`]. Becomes [`DataOf`] by [`ParamsOf::try_build`]. Uses data, table.
 
+use crate::Error;
+use crate::build::DataOf;
 use crate::data::{NODES, SPRINGS, Spring};
 use crate::math::Scalar;
 use crate::spring::QuadraticStiffness;
 use crate::table::{Line, Parabola, Row};
-use crate::{DataOf, Error};
 
 /// Parameters of the default model.
 pub type Params = ParamsOf<SPRINGS, NODES>;

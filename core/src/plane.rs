@@ -4,10 +4,11 @@
 
 use core::array::from_fn;
 
+use crate::build::DataOf;
 use crate::data::Spring;
 use crate::math::{Scalar, add};
 use crate::step::rare;
-use crate::{DataOf, ModelOf, Motion, StateOf, Status};
+use crate::{ModelOf, Motion, StateOf, Status};
 
 /// Longest slide in one step, mm of the fitted finger, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;

@@ -2,11 +2,12 @@
 //!
 //! Uses state, model_file, error.
 
+use crate::build::DataOf;
 use crate::data::SPRINGS;
 use crate::error::Field;
 use crate::model_file::crc32;
 use crate::step::TOUCH_MM;
-use crate::{DataOf, Error, State, StateOf};
+use crate::{Error, State, StateOf};
 
 /// Version of the layout of a saved state.
 const VERSION: u32 = 7;
@@ -216,7 +217,9 @@ mod with_serde {
 #[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
-    use crate::{Data, ModelFile, Motion, Response, Status, step};
+    use crate::build::Data;
+    use crate::host::ModelFile;
+    use crate::{Motion, Response, Status, step};
 
     /// Uniform in −1 to 1, the same every time.
     struct Noise(u64);

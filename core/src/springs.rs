@@ -2,8 +2,8 @@
 //!
 //! Main function: [`step_springs`]. Uses data, spring, stick_ratio and math.
 
-use crate::DataOf;
 use crate::at_depth::AtDepth;
+use crate::build::DataOf;
 use crate::math::Scalar;
 use crate::plane::spring_positions;
 use crate::spring::{Limit, QuadraticStiffness, Sums};

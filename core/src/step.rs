@@ -34,7 +34,7 @@ const LARGEST: f32 = 1e9;
 /// The stiffness shares k_j do not depend on depth, so a change of depth preserves displacements and forces. The anchors are
 /// the only memory of the contact. A repeated cycle of depth therefore has an effect only once: after the first cycle each
 /// spring fits into its smallest limit. N, F and M_z are the derivatives of one energy; anchors move only with F · da >= 0;
-/// a change of strength changes R_j alone. Hence no motion yields work ([`crate::DataOf::check`]).
+/// a change of strength changes R_j alone. Hence no motion yields work ([`crate::build::DataOf::check`]).
 ///
 /// q belongs to the fitted strength and scales with one over the strength factor, so friction in full slip is
 /// proportional to the factor in every direction.

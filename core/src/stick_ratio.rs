@@ -24,7 +24,7 @@
 //! * **Shrinking.** A contact that is lifted while it moves back continues to slip at its rim. The path is kept as long as
 //!   friction falls less than k times as fast as the limit.
 //! * **Direction.** The slipping share S becomes S (1 + c cos(2 phi) (1 − S)) for a path at an angle phi to x, with c from a line over
-//!   depth ([`crate::ParamsOf::slip_lead`]).
+//!   depth ([`crate::build::ParamsOf::slip_lead`]).
 
 use crate::math::Scalar;
 use crate::spring::DIV_EPS;
@@ -234,7 +234,8 @@ pub(crate) fn regime_of<T: Scalar>(stick_ratio: T) -> Regime {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Motion, Params, Regime, Response, State};
+    use crate::build::Params;
+    use crate::{Motion, Regime, Response, State};
 
     /// Steps to a depth and by a slide along x, in steps of 5 µm; the responses on the way.
     fn go(state: &mut State, depth_mm: f32, slide_mm: f32) -> std::vec::Vec<Response> {

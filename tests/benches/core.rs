@@ -5,10 +5,9 @@
 mod rivals;
 
 use divan::{Bencher, black_box, counter::ItemsCount};
-use fingerpad::{
-    Drive, Forces, Grip, Motion, Motions, Normal, Params, ParamsOf, Regime, State, StateOf, Status, Tangential, Tuning,
-    step,
-};
+use fingerpad::build::{Params, ParamsOf};
+use fingerpad::host::{Forces, Motions};
+use fingerpad::{Drive, Grip, Motion, Normal, Regime, State, StateOf, Status, Tangential, Tuning, step};
 
 fn main() {
     divan::main();

@@ -18,6 +18,7 @@ pub mod cases;
 pub mod check;
 pub mod differences;
 pub mod equilibrium;
+pub mod fast_against_finite_elements;
 pub mod half_space;
 pub mod memory;
 pub mod pads;

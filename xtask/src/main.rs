@@ -11,6 +11,7 @@ mod mujoco;
 mod package;
 mod python;
 mod quick;
+mod release;
 mod ros;
 mod thumb;
 mod times;
@@ -74,6 +75,12 @@ enum Chore {
         #[arg(long)]
         scores: bool,
     },
+    /// The reduced models along held-out finite-element runs: the table in `data/reference`, the tables and the picture of
+    /// `docs/fast-against-finite-elements.md`
+    Reference,
+    /// All packages of a release in one folder: crates, Python wheels for x86_64 and aarch64, the npm package, the C library.
+    /// Uploads nothing
+    Release(release::Args),
     /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
     /// header, model, example, CMake and pkg-config files
     ReleaseC(c_release::Args),
@@ -124,6 +131,11 @@ fn main() -> anyhow::Result<()> {
         Chore::Book(args) => book::main(&args),
         Chore::Fuzz { seconds } => fuzz(seconds),
         Chore::Model { scores } => model(scores),
+        Chore::Reference => {
+            let program = ["--package", "fingerpad-tests", "--bin", "fast_against_finite_elements"];
+            cargo(&[&["run", "--release"], &program[..]].concat(), &[])
+        }
+        Chore::Release(args) => release::main(&args),
         Chore::ReleaseC(args) => c_release::main(&args),
         Chore::Thumb(args) => thumb::main(&args),
         Chore::Web(args) => web::main(&args),

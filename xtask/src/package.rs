@@ -41,11 +41,26 @@ pub fn verify() -> Result<()> {
     run(cargo_in(&unpack()?).args(["test", "--release", "--workspace"]))
 }
 
+/// Packs all into a folder.
+pub fn pack(out: &Path) -> Result<()> {
+    pack_all()?;
+    fs::create_dir_all(out)?;
+    for name in published()? {
+        let file = format!("{}.crate", folder_of(&name));
+        fs::copy(root().join("target/package").join(&file), out.join(&file))?;
+    }
+    Ok(())
+}
+
+/// The archives of all packages in `target/package`; nothing is compiled.
+fn pack_all() -> Result<()> {
+    let pack = ["package", "--workspace", "--allow-dirty", "--no-verify"];
+    cargo(&[&pack[..], &PRIVATE[..]].concat(), &[])
+}
+
 /// Packs all and unpacks them into one workspace, in which each is taken by the others from its package.
 fn unpack() -> Result<PathBuf> {
-    // The packed archives are compiled below.
-    let pack = ["package", "--workspace", "--allow-dirty", "--no-verify"];
-    cargo(&[&pack[..], &PRIVATE[..]].concat(), &[])?;
+    pack_all()?;
     let workspace = root().join("target/package/unpacked");
     if workspace.exists() {
         fs::remove_dir_all(&workspace)?;

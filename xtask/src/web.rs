@@ -2,7 +2,7 @@
 //!
 //! Main type: [`Action`]. Also opens the pages of the book. Uses `thumb::tools` for the compiler and `install` for what is missing.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
@@ -26,7 +26,7 @@ pub struct Args {
 /// What can be done with the page.
 #[derive(Clone, Copy, Subcommand)]
 enum Action {
-    /// The static folder `bindings/web/site` (the default)
+    /// The static folder `bindings/web/site` and the npm package `bindings/web/target/npm` (the default)
     Build,
     /// Build, then all tests in headless Chromium
     Test,
@@ -69,7 +69,7 @@ pub fn test() -> Result<()> {
     build()?;
     chromium()?;
     reference()?;
-    node(&["--test", "--test-reporter=spec", "page.test.js"], None)
+    node(&["--test", "--test-reporter=spec", "package.test.js", "page.test.js"], None)
 }
 
 /// Opens every page of a built book in Chromium, wide and narrow; writes pictures of them to a folder, if one is given.
@@ -82,6 +82,12 @@ pub fn book(site: &Path, pictures: Option<&Path>) -> Result<()> {
         node.arg(std::path::absolute(folder)?);
     }
     run(&mut node)
+}
+
+/// Builds the page and the npm package; returns the folder of the package.
+pub fn npm_package() -> Result<PathBuf> {
+    build()?;
+    Ok(root().join(WEB).join("target/npm"))
 }
 
 fn build() -> Result<()> {

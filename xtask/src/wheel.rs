@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::{cargo, python, root, run};
+use crate::{cargo, install, python, root, run};
 
 /// Target of a wheel: every processor of its architecture.
 const FLAGS: &str = "-Ctarget-cpu=generic";
@@ -27,8 +27,13 @@ struct Environment {
 
 impl Environment {
     fn new() -> Result<Self> {
+        Self::with("requirements-build.txt")
+    }
+
+    /// One with the packages of a file of requirements.
+    fn with(requirements: &str) -> Result<Self> {
         let environment = Self { folder: tempfile::tempdir()? };
-        python::environment(&environment.folder.path().join("venv"), &package().join("requirements-build.txt"))?;
+        python::environment(&environment.folder.path().join("venv"), &package().join(requirements))?;
         Ok(environment)
     }
 
@@ -82,13 +87,18 @@ fn features(part: Part) -> &'static [&'static str] {
     if part == Part::Whole { &["--features", "program"] } else { &[] }
 }
 
-/// Builds the wheel and inspects it: no licence may be missing.
+/// Builds the wheel and inspects it.
 fn build(environment: &Environment, part: Part) -> Result<PathBuf> {
     let wheels = environment.folder.path().join("wheels");
     let mut maturin = environment.command("maturin");
     maturin.current_dir(package()).env("RUSTFLAGS", FLAGS);
     run(maturin.args(["build", "--release", "--locked"]).args(features(part)).arg("--out").arg(&wheels))?;
-    let mut made = fs::read_dir(&wheels)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    inspected(environment, &wheels)
+}
+
+/// The wheel in a folder; no licence and no type may be missing in it.
+fn inspected(environment: &Environment, wheels: &Path) -> Result<PathBuf> {
+    let mut made = fs::read_dir(wheels)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     let wheel = made.pop().context("maturin made no wheel")?;
     let listed = environment.command("python").args(["-m", "zipfile", "--list"]).arg(&wheel).output()?;
     let listed = String::from_utf8(listed.stdout)?;
@@ -96,6 +106,45 @@ fn build(environment: &Environment, part: Part) -> Result<PathBuf> {
         ensure!(listed.contains(file), "the wheel has no file {file}");
     }
     Ok(wheel)
+}
+
+/// Wheels of the core for any Linux of the last ten years on x86_64 and aarch64, and the sources as an archive, in a folder. The
+/// wheel for this processor is installed in a fresh environment and used there.
+pub fn release(out: &Path) -> Result<()> {
+    let environment = Environment::with("requirements-release.txt")?;
+    let mut wheels = Vec::new();
+    for (processor, target, machine) in
+        [("x86-64", "x86_64-unknown-linux-gnu", 62u8), ("generic", "aarch64-unknown-linux-gnu", 183)]
+    {
+        ensure!(install::rustup_target(target), "no compiler for {target}; this helps: rustup target add {target}");
+        let folder = environment.folder.path().join(target);
+        let mut maturin = environment.command("maturin");
+        maturin.current_dir(package()).env("RUSTFLAGS", format!("-Ctarget-cpu={processor}"));
+        maturin.env("CARGO_ZIGBUILD_PYTHON_PATH", environment.folder.path().join("venv/bin/python"));
+        maturin.args(["build", "--release", "--locked", "--zig"]);
+        maturin.args(["--target", target, "--compatibility", "manylinux2014"]);
+        run(maturin.arg("--out").arg(&folder))?;
+        let wheel = inspected(&environment, &folder)?;
+        let read = "import sys, zipfile; w = zipfile.ZipFile(sys.argv[1]); \
+                    n = [n for n in w.namelist() if n.endswith('.so')]; print(len(n), w.read(n[0])[18])";
+        let found = environment.command("python").args(["-c", read]).arg(&wheel).output()?;
+        let found = String::from_utf8(found.stdout)?;
+        ensure!(found.trim() == format!("1 {machine}"), "{}: not one library for {target}: {found}", wheel.display());
+        wheels.push(wheel);
+    }
+    let native = wheels.iter().find(|wheel| wheel.to_string_lossy().contains(std::env::consts::ARCH));
+    if let Some(wheel) = native {
+        environment.pip(&[&wheel.display().to_string()])?;
+        let step = "import fingerpad; m = fingerpad.Model.shipped(); print(m); r = fingerpad.Finger(m).step(depth_mm=1.0); \
+                    assert r.normal_force_n > 0.1, r";
+        run(environment.command("python").args(["-c", step]))?;
+    }
+    fs::create_dir_all(out)?;
+    for wheel in wheels {
+        fs::copy(&wheel, out.join(wheel.file_name().context("a wheel has a name")?))?;
+    }
+    let mut maturin = environment.command("maturin");
+    run(maturin.current_dir(package()).arg("sdist").arg("--out").arg(out))
 }
 
 /// The command that times a batch of fingers over a path, in an environment that exists as long as the returned folder.

@@ -2,7 +2,8 @@
 
 use core::ffi::c_char;
 
-use fingerpad::{Effects, File, Model, TableColumn, Tuning};
+use fingerpad::build::TableColumn;
+use fingerpad::{Effects, File, Model, Tuning};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, answer, code};
 use crate::pointer::{exclusive, items, shared, write};

@@ -39,7 +39,7 @@ class Body(ctypes.Structure):
     _fields_ = [("kind", ctypes.c_uint32)] + [(name, ctypes.c_float) for name in ("radius_mm", "axis_deg", "angle_deg")]
 
 
-PLANE, SPHERE, CYLINDER = 0, 1, 2
+PLANE, SPHERE, CYLINDER, EDGE = 0, 1, 2, 3
 
 
 class State(ctypes.Structure):

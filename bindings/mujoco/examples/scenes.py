@@ -3,6 +3,8 @@
 import pathlib
 import sys
 
+import meshes
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
 MODELS = pathlib.Path(__file__).resolve().parents[3] / "data" / "models"
@@ -52,6 +54,20 @@ OBJECTS = {
     "plate": (0.003, 0.012, 'type="box" size="0.003 0.02 0.03"'),
     "tube": (0.01, 0.05, 'type="cylinder" size="0.01 0.05" euler="90 0 0"'),
     "die": (0.008, 0.005, 'type="box" size="0.008 0.008 0.008"'),
+    # The same bodies as convex meshes.
+    "mesh ball": (0.01, 0.033, 'type="mesh" mesh="ball"'),
+    "mesh pen": (0.004, 0.02, 'type="mesh" mesh="pen" euler="90 0 0"'),
+    "mesh tube": (0.01, 0.05, 'type="mesh" mesh="tube" euler="90 0 0"'),
+    "mesh die": (0.008, 0.005, 'type="mesh" mesh="die"'),
+    "mesh key": (0.001, 0.01, 'type="mesh" mesh="key"'),
+}
+#: The meshes of OBJECTS.
+MESHES = {
+    "ball": lambda: meshes.sphere(0.01, rings=24),
+    "pen": lambda: meshes.cylinder(0.004, 0.07),
+    "tube": lambda: meshes.cylinder(0.01, 0.05),
+    "die": lambda: meshes.box((0.008, 0.008, 0.008)),
+    "key": lambda: meshes.box((0.001, 0.012, 0.028)),
 }
 
 
@@ -67,6 +83,8 @@ def grip(
     """
     own, option = contact == "fingerpad", MUJOCO.get(contact)
     half, own_mass, geom = OBJECTS[held]
+    mesh = held.removeprefix("mesh ")
+    asset = f"<asset>{meshes.element(mesh, *MESHES[mesh]())}</asset>" if mesh != held else ""
     pad = "" if option is None else (
         f'<geom name="{{}}_pad" type="sphere" size="0.008" pos="{{}} 0 0" mass="0" condim="4" '
         f'friction="{friction} {torsion} 0.0001"/>'
@@ -79,6 +97,7 @@ def grip(
   <option timestep="{timestep}" integrator="{integrator}" {option or ""}>{flag}</option>
   <size nuserdata="4"/>
   {plugin}
+  {asset}
   <worldbody>
     <body name="hand">
       <joint name="hand" type="slide" axis="0 0 1"/>

@@ -38,6 +38,19 @@ void memory_clear(memory* past, const settings* s, float strength_factor) {
 /* A word of the model's memory is a number of the plugin's state: whole numbers of 32 bits are exact in a double. */
 static uint32_t word_of(mjtNum number) { return number >= 0 && number <= UINT32_MAX ? (uint32_t)number : 0; }
 
+/* Whether the local shape of a face, if it has one, has numbers that a contact may leave there. */
+static int is_shape(const last_face* last) {
+  const local_shape* shape = &last->local;
+  mjtNum kind = shape->kind, across = mju_dot3(shape->axis, last->apex), none = mju_norm3(shape->axis) == 0;
+  const mjtNum near = 1e-6, largest = 1e4;
+  if (mju_norm((const mjtNum*)shape, LOCAL_NUMBERS) == 0) return 1;
+  int has_axis = kind == FINGERPAD_BODY_CYLINDER || kind == FINGERPAD_BODY_EDGE;
+  int has_radius = kind == FINGERPAD_BODY_PLANE ? shape->radius == 0 : shape->radius >= 1e-4 && shape->radius < 1e3;
+  return has_radius && (has_axis || kind == FINGERPAD_BODY_PLANE || kind == FINGERPAD_BODY_SPHERE) &&
+         fabs(mju_norm3(last->apex) - 1) < near && (has_axis ? fabs(mju_norm3(shape->axis) - 1) < near && fabs(across) < near : none) &&
+         mju_norm3(shape->middle) < largest && shape->half > 0 && shape->thickness > 0;
+}
+
 void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
   uint32_t* words = (uint32_t*)&past->model;
   int count = words_of(s);
@@ -46,7 +59,7 @@ void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
     if (!isfinite(numbers[i])) return;
   }
   for (int i = 0; i < count; i++) words[i] = word_of(numbers[NUMBERS_BESIDE + i]);
-  past->last.face = (int)mju_clip(numbers[0], 0, 6);
+  past->last.face = (int)mju_clip(numbers[0], 0, EDGE_FACE);
   past->status = (int)mju_clip(numbers[1], 0, 65535);
   mju_copy(past->foot, numbers + 2, 2);
   past->angle = numbers[4];
@@ -57,6 +70,8 @@ void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
   past->stable = (known_stability){.step_s = stable[0], .calm_s = stable[1], .depth_mm = stable[2], .touching = stable[3]};
   mju_copy(past->stable.stiffness, stable + 4, TRIANGLE);
   mju_copy(past->by_constraints, stable + 4 + TRIANGLE, AXES);
+  mju_copy((mjtNum*)&past->last.local, numbers + NUMBERS_BESIDE - LOCAL_NUMBERS, LOCAL_NUMBERS);
+  if (!is_shape(&past->last)) past->last = (last_face){.face = NO_FACE};
 }
 
 void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
@@ -76,6 +91,7 @@ void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
   stable[3] = past->stable.touching;
   mju_copy(stable + 4, past->stable.stiffness, TRIANGLE);
   mju_copy(stable + 4 + TRIANGLE, past->by_constraints, AXES);
+  mju_copy(numbers + NUMBERS_BESIDE - LOCAL_NUMBERS, (const mjtNum*)&past->last.local, LOCAL_NUMBERS);
   for (int i = 0; i < count; i++) numbers[NUMBERS_BESIDE + i] = words[i];
 }
 
@@ -135,6 +151,7 @@ static void begin(memory* past, const settings* s, const placement* here, float 
   mju_copy(past->foot, here->foot, 2);
   past->angle = here->angle;
   mju_copy3(past->last.apex, here->apex);
+  past->last.local = here->local;
   if (here->body.kind == FINGERPAD_BODY_PLANE) return;
   past->angle = 0;
   past->foot[1] = 0;
@@ -142,11 +159,11 @@ static void begin(memory* past, const settings* s, const placement* here, float 
 }
 
 /* Whether the contact, as a disk of its area about the centre of pressure, reaches beyond the edge of the face. */
-static int is_beyond_edge(const placement* here, const fingerpad_response* r) {
+static int is_beyond_edge(const placement* here, const settings* s, const fingerpad_response* r) {
   mjtNum cosine = cos(here->angle), sine = sin(here->angle), radius = sqrt(r->contact_area_mm2 / mjPI) / MM_PER_M;
   mjtNum x = r->pressure_centre_x_mm / MM_PER_M, y = r->pressure_centre_y_mm / MM_PER_M;
-  mjtNum u = here->foot[0] + x * cosine - y * sine, v = here->foot[1] + x * sine + y * cosine;
-  return mju_abs(u) + radius > here->half[0] || mju_abs(v) + radius > here->half[1] || sqrt(u * u + v * v) + radius > here->rim;
+  const mjtNum at[2] = {here->foot[0] + x * cosine - y * sine, here->foot[1] + x * sine + y * cosine};
+  return reaches_beyond(here, s, at, radius);
 }
 
 void report_stability(outcome* now, const settings* s, const known_stability* stable, mjtNum dt) {
@@ -189,11 +206,13 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
   model_step(past, s, here, single, now.depth_mm, dt, &now.model);
   now.status |= now.model.status;
   /* Beyond the middle of a round body the finger closes around it; the pad has no such contact. */
-  if (here->body.kind != FINGERPAD_BODY_PLANE && now.depth_mm > here->body.radius_mm) now.status |= FINGERPAD_STATUS_DEPTH_ABOVE_RANGE;
+  int is_round = here->body.kind == FINGERPAD_BODY_SPHERE || here->body.kind == FINGERPAD_BODY_CYLINDER;
+  if (is_round && now.depth_mm > here->body.radius_mm) now.status |= FINGERPAD_STATUS_DEPTH_ABOVE_RANGE;
   past->last.touches = now.model.regime != FINGERPAD_NO_CONTACT;
-  if (past->last.touches && is_beyond_edge(here, &now.model)) now.status |= STATUS_BEYOND_EDGE;
-  /* In the air the apex of a round body goes along with the finger. */
-  if (now.model.regime == FINGERPAD_NO_CONTACT && here->body.kind != FINGERPAD_BODY_PLANE) {
+  if (past->last.touches && is_beyond_edge(here, s, &now.model)) now.status |= STATUS_BEYOND_EDGE;
+  /* In the air the apex of a round body and the shape of a mesh go along with the finger. */
+  int goes_along = here->body.kind != FINGERPAD_BODY_PLANE || has_local(here->face, s, here->slot);
+  if (now.model.regime == FINGERPAD_NO_CONTACT && goes_along) {
     memory_clear(past, s, strength_factor);
   }
   past->status = now.status;

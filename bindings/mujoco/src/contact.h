@@ -11,7 +11,7 @@
 
 /* Numbers that the plugin's state holds for one contact beside the words of the model's memory: those of `memory` other than
  * `model`. */
-#define NUMBERS_BESIDE 43
+#define NUMBERS_BESIDE 53
 /* Numbers of a sensor for one contact; fingerpad_mujoco.py names them. */
 #define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */

@@ -11,8 +11,27 @@ static const mjtNum PAD_RADIUS = 0.02;
 static const mjtNum HOVER = 0.005;
 /* How far from a round geom the finger looks for it, m. */
 static const mjtNum NEAR = 0.03;
+/* Least cosine between the site's z axis and the bisector of an edge of a box: 37 degrees. A finger that lies on a face does not come to
+ * the edge when it slides off. */
+static const mjtNum FACING_EDGE = 0.8;
+/* How far a mesh may lie off the local shape without a flag, and how far it may lie inside it before the contact ends, m. */
+static const mjtNum OFF_SHAPE = 2e-4, BESIDE_MESH = 5e-4;
 static const mjtNum DEGREES = 180 / mjPI;
 static const mjtNum MM_PER_M = 1000;
+
+/* A geom with a local shape, if the face has one. */
+typedef struct {
+  mjtGeom type;
+  const mjtNum* size;
+  /* NULL for a geom that is not a mesh. */
+  const facets* mesh;
+} geom_shape;
+
+static geom_shape shape_of(const settings* s, const mjModel* m, int slot) {
+  int geom = s->geoms[slot];
+  mjtGeom type = (mjtGeom)m->geom_type[geom];
+  return (geom_shape){type, m->geom_size + 3 * geom, type == mjGEOM_MESH ? &s->mesh[slot] : NULL};
+}
 
 /* A face of a geom in the geom's own frame: u, v and the normal are right-handed. */
 typedef struct {
@@ -111,10 +130,39 @@ static face_frame end_frame(const mjtNum size[3], mjtNum side) {
   return f;
 }
 
-/* Face `face` of a geom, `apex` the normal of a round one. */
-static face_frame frame_of(int face, mjtGeom type, const mjtNum size[3], const mjtNum apex[3]) {
+/* A local shape where its outward normal is `apex`. */
+static face_frame local_frame(const local_shape* shape, const mjtNum apex[3]) {
+  uint32_t kind = (uint32_t)shape->kind;
+  face_frame f = {
+      .offset = shape->radius,
+      .half = {INFINITY, INFINITY},
+      .rim = INFINITY,
+      .thickness = shape->thickness,
+      .body = body_of(kind, shape->radius),
+  };
+  mju_copy3(f.middle, shape->middle);
+  if (kind == FINGERPAD_BODY_PLANE || kind == FINGERPAD_BODY_SPHERE) {
+    axes_across(&f, apex);
+    return f;
+  }
+  if (kind == FINGERPAD_BODY_EDGE) f.body.angle_deg = 90;
+  f.half[0] = shape->half;
+  mju_copy3(f.u, shape->axis);
+  mju_copy3(f.normal, apex);
+  mju_cross(f.v, f.normal, f.u);
+  return f;
+}
+
+static int is_local(int face, mjtGeom type) {
+  return (type == mjGEOM_MESH && face == MESH_FACE) || (type == mjGEOM_BOX && face == EDGE_FACE);
+}
+
+/* Face `face` of a geom, `apex` the normal of a round one or of a local shape. */
+static face_frame frame_of(int face, const geom_shape* g, const mjtNum apex[3], const local_shape* local) {
   mjtNum side = face == 2 ? 1 : -1;
-  switch (type) {
+  const mjtNum* size = g->size;
+  if (is_local(face, g->type)) return local_frame(local, apex);
+  switch (g->type) {
     case mjGEOM_BOX: return box_frame(face, size);
     case mjGEOM_SPHERE: return sphere_frame(size[0], 0, apex);
     case mjGEOM_ELLIPSOID: return ellipsoid_frame(size, apex);
@@ -163,43 +211,76 @@ void first_touch(mjtNum place_mm[3], const settings* s, mjtNum pitch, mjtNum rol
 
 /* Finds the apex of a round face: the point of it under which the pad touches first. It lies on the line from the middle of the
  * geom's curvature to that of the pad's surface, which is about the same for all poses near the one sought. */
-static int find_apex(mjtNum apex[3], int face, mjtGeom type, const mjtNum size[3], const seen_site* site, const settings* s) {
-  int is_side = face == 1 && (type == mjGEOM_CAPSULE || type == mjGEOM_CYLINDER);
+static int find_apex(mjtNum apex[3], int face, const geom_shape* g, const local_shape* local, const seen_site* site, const settings* s) {
+  static const mjtNum Z[3] = {0, 0, 1};
+  int is_side = face == 1 && (g->type == mjGEOM_CAPSULE || g->type == mjGEOM_CYLINDER);
+  const mjtNum* axis = is_side ? Z : g->type == mjGEOM_MESH && local->kind == FINGERPAD_BODY_CYLINDER ? local->axis : NULL;
   column(apex, site->axes, 2);
-  face_frame f = frame_of(face, type, size, apex);
+  face_frame f = frame_of(face, g, apex, local);
   mjtNum touch[3] = {0, 0, 0};
   for (int round = 0; round < 60; round++) {
-    mjtNum along[3], across[3], local[3], to[3], turn = 0;
+    mjtNum along[3], across[3], touched[3], to[3], turn = 0;
     placement there;
-    if (is_side) apex[2] = 0;
+    if (axis) mju_addToScl3(apex, axis, -mju_dot3(apex, axis));
     if (mju_normalize3(apex) < mjMINVAL) return 0;
-    f = frame_of(face, type, size, apex);
+    f = frame_of(face, g, apex, local);
     against(&there, along, across, &f, site);
-    first_touch(local, s, there.pitch, there.roll);
-    mju_mulMatVec3(touch, site->axes, local);
+    first_touch(touched, s, there.pitch, there.roll);
+    mju_mulMatVec3(touch, site->axes, touched);
     for (int i = 0; i < 3; i++) {
       touch[i] = site->at[i] + touch[i] / MM_PER_M - f.middle[i];
       to[i] = touch[i] + PAD_RADIUS * apex[i];
     }
-    if (is_side) to[2] = 0;
+    if (axis) mju_addToScl3(to, axis, -mju_dot3(to, axis));
     if (mju_normalize3(to) < mjMINVAL) return 0;
     for (int i = 0; i < 3; i++) turn += mju_abs(to[i] - apex[i]);
     mju_copy3(apex, to);
     if (turn < 1e-9) break;
   }
   /* Beyond the end of a capsule's side its cap is touched, and the other way round. */
-  if (type == mjGEOM_CAPSULE) return is_side ? mju_abs(touch[2]) <= size[1] : touch[2] * f.middle[2] >= 0;
+  if (g->type == mjGEOM_CAPSULE) return is_side ? mju_abs(touch[2]) <= g->size[1] : touch[2] * f.middle[2] >= 0;
   return 1;
 }
 
+/* The point of the face at coordinates along its axes, in the geom's frame: over the tangent plane at a round face's apex. */
+static void point_of(mjtNum to[3], const face_frame* f, mjtNum u, mjtNum v) {
+  mjtNum out[3];
+  int bent = f->body.kind != FINGERPAD_BODY_PLANE, along = f->body.kind == FINGERPAD_BODY_CYLINDER;
+  for (int i = 0; i < 3; i++) out[i] = v * f->v[i] + (along ? 0 : u) * f->u[i] + (bent ? f->offset * f->normal[i] : 0);
+  if (bent) {
+    mju_normalize3(out);
+    mju_scl3(out, out, f->offset);
+  }
+  for (int i = 0; i < 3; i++) to[i] = f->middle[i] + out[i] + (along ? u * f->u[i] : 0) + (bent ? 0 : f->offset * f->normal[i]);
+}
+
 /* Whether the site lies within the extents of a face, the finger faces it, and the site is no deeper below it than `reach`, m. */
-static int stands_over(const face_frame* f, const seen_site* site, mjtNum reach) {
+static int stands_over(const face_frame* f, const facets* mesh, const seen_site* site, mjtNum reach) {
   mjtNum at[3], z[3];
   mju_sub3(at, site->at, f->middle);
   column(z, site->axes, 2);
   mjtNum u = mju_dot3(at, f->u), v = mju_dot3(at, f->v);
-  return mju_dot3(z, f->normal) > FACING && mju_abs(u) <= f->half[0] && mju_abs(v) <= f->half[1] &&
-         u * u + v * v <= f->rim * f->rim && mju_dot3(at, f->normal) > f->offset - reach;
+  int over = mju_dot3(z, f->normal) > FACING && mju_abs(u) <= f->half[0] && mju_abs(v) <= f->half[1] &&
+             u * u + v * v <= f->rim * f->rim && mju_dot3(at, f->normal) > f->offset - reach;
+  if (!over || !mesh) return over;
+  mjtNum below[3];
+  point_of(below, f, u, v);
+  return facets_gap(mesh, below) < BESIDE_MESH;
+}
+
+int reaches_beyond(const placement* here, const settings* s, const mjtNum at[2], mjtNum radius) {
+  enum { ROUND = 8 };
+  mjtNum u = at[0], v = at[1];
+  if (mju_abs(u) + radius > here->half[0] || mju_abs(v) + radius > here->half[1] || sqrt(u * u + v * v) + radius > here->rim) return 1;
+  const facets* mesh = &s->mesh[here->slot];
+  if (!mesh->count) return 0;
+  face_frame f = local_frame(&here->local, here->apex);
+  for (int i = 0; i < ROUND; i++) {
+    mjtNum point[3], angle = 2 * mjPI * i / ROUND;
+    point_of(point, &f, u + radius * cos(angle), v + radius * sin(angle));
+    if (!(mju_abs(facets_gap(mesh, point)) < OFF_SHAPE)) return 1;
+  }
+  return 0;
 }
 
 /* How deep below a face the site may be, m. Depth is compression of the pad: a finger that touches a face may sink in deeper than
@@ -210,24 +291,80 @@ static mjtNum reach_of(const face_frame* f, int is_old, int touches) {
   return is_old ? mju_max(f->thickness, HOVER) : f->thickness;
 }
 
-/* The face over which a site stands: the old one, else the one that it faces most. */
-static int choose_face(
-    mjtNum apex[3], const settings* s, mjtGeom type, const mjtNum size[3], const seen_site* site, const last_face* old) {
-  if (old->face >= 1 && old->face <= face_count(type)) {
-    face_frame f = frame_of(old->face, type, size, old->apex);
-    mju_copy3(apex, old->apex);
-    if (stands_over(&f, site, reach_of(&f, 1, old->touches))) return old->face;
+/* About the middle of the round surface of the pad, in the geom's frame. */
+static void middle_of_pad(mjtNum to[3], const seen_site* site, const settings* s) {
+  mjtNum local[3], touch[3], z[3];
+  first_touch(local, s, 0, 0);
+  mju_mulMatVec3(touch, site->axes, local);
+  column(z, site->axes, 2);
+  for (int i = 0; i < 3; i++) to[i] = site->at[i] + touch[i] / MM_PER_M + PAD_RADIUS * z[i];
+}
+
+/* The shape of a mesh where the pad comes next to it. */
+static int choose_mesh(mjtNum apex[3], local_shape* local, const settings* s, const geom_shape* g, const seen_site* site) {
+  mjtNum from[3], z[3];
+  middle_of_pad(from, site, s);
+  column(z, site->axes, 2);
+  if (!facets_local(local, apex, g->mesh, from, z, PAD_RADIUS + HOVER)) return NO_FACE;
+  if (local->kind != FINGERPAD_BODY_PLANE && !find_apex(apex, MESH_FACE, g, local, site, s)) return NO_FACE;
+  face_frame f = local_frame(local, apex);
+  return stands_over(&f, g->mesh, site, local->thickness) ? MESH_FACE : NO_FACE;
+}
+
+/* The edge of a box to which the pad comes next: its middle lies beyond two of the box's faces. */
+static int choose_edge(mjtNum apex[3], local_shape* local, const settings* s, const mjtNum size[3], const seen_site* site) {
+  mjtNum from[3], z[3];
+  middle_of_pad(from, site, s);
+  column(z, site->axes, 2);
+  int along = -1, beyond = 0;
+  *local = (local_shape){.kind = FINGERPAD_BODY_EDGE, .radius = s->edge_radius, .thickness = INFINITY};
+  for (int i = 0; i < 3; i++) {
+    if (mju_abs(from[i]) <= size[i]) {
+      along = i;
+      continue;
+    }
+    mjtNum side = from[i] > 0 ? 1 : -1;
+    beyond++;
+    apex[i] = side * sqrt(0.5);
+    local->middle[i] = side * (size[i] - s->edge_radius);
+    local->thickness = mju_min(local->thickness, size[i]);
+    if (s->edge_radius > size[i]) return NO_FACE;
   }
-  if (type != mjGEOM_PLANE && type != mjGEOM_BOX && mju_norm3(site->at) > size[0] + size[1] + NEAR) return NO_FACE;
+  if (beyond != 2 || mju_dot3(z, apex) < FACING_EDGE) return NO_FACE;
+  local->axis[along] = 1;
+  local->half = size[along];
+  face_frame f = local_frame(local, apex);
+  return stands_over(&f, NULL, site, local->thickness) ? EDGE_FACE : NO_FACE;
+}
+
+/* The face over which a site stands: the old one, else an edge that the pad comes next to, else the face that it faces most. */
+static int choose_face(
+    mjtNum apex[3], local_shape* local, const settings* s, const geom_shape* g, const seen_site* site, const last_face* old) {
+  mjtGeom type = g->type;
+  mju_zero3(apex);
+  *local = (local_shape){0};
+  if ((old->face >= 1 && old->face <= face_count(type)) || is_local(old->face, type)) {
+    face_frame f = frame_of(old->face, g, old->apex, &old->local);
+    if (stands_over(&f, g->mesh, site, reach_of(&f, 1, old->touches))) {
+      mju_copy3(apex, old->apex);
+      *local = old->local;
+      return old->face;
+    }
+  }
+  if (type == mjGEOM_MESH) return choose_mesh(apex, local, s, g, site);
+  if (type != mjGEOM_PLANE && type != mjGEOM_BOX && mju_norm3(site->at) > g->size[0] + g->size[1] + NEAR) return NO_FACE;
+  if (type == mjGEOM_BOX && s->is_pad && choose_edge(apex, local, s, g->size, site) == EDGE_FACE) return EDGE_FACE;
+  mju_zero3(apex);
+  *local = (local_shape){0};
   int best = NO_FACE;
   mjtNum most = 0, z[3];
   column(z, site->axes, 2);
   for (int face = 1; face <= face_count(type); face++) {
     mjtNum tried[3] = {0, 0, 0};
-    if (is_round(face, type) && !find_apex(tried, face, type, size, site, s)) continue;
-    face_frame f = frame_of(face, type, size, tried);
+    if (is_round(face, type) && !find_apex(tried, face, g, local, site, s)) continue;
+    face_frame f = frame_of(face, g, tried, local);
     mjtNum facing = mju_dot3(z, f.normal);
-    if (stands_over(&f, site, reach_of(&f, 0, 0)) && facing > most) {
+    if (stands_over(&f, NULL, site, reach_of(&f, 0, 0)) && facing > most) {
       best = face;
       most = facing;
       mju_copy3(apex, tried);
@@ -235,6 +372,8 @@ static int choose_face(
   }
   return best;
 }
+
+int has_local(int face, const settings* s, int slot) { return face == EDGE_FACE || (face == MESH_FACE && s->mesh[slot].count); }
 
 static int is_finite(const mjtNum* x, int count) {
   for (int i = 0; i < count; i++) {
@@ -260,11 +399,10 @@ static void place_over(placement* here, const face_frame* f, const seen_site* si
   mju_mulMatVec3(here->normal, turn, f->normal);
 }
 
-int place(placement* here, const settings* s, const mjModel* m, const mjData* d, int geom, const last_face* old) {
-  const mjtNum *tip = d->site_xpos + 3 * s->site, *axes = d->site_xmat + 9 * s->site, *size = m->geom_size + 3 * geom;
-  const mjtNum* turn = d->geom_xmat + 9 * geom;
-  mjtGeom type = (mjtGeom)m->geom_type[geom];
-  *here = (placement){.face = NO_FACE};
+int place(placement* here, const settings* s, const mjModel* m, const mjData* d, int slot, const last_face* old) {
+  int geom = s->geoms[slot];
+  const mjtNum *tip = d->site_xpos + 3 * s->site, *axes = d->site_xmat + 9 * s->site, *turn = d->geom_xmat + 9 * geom;
+  *here = (placement){.face = NO_FACE, .slot = slot};
   if (!(is_finite(tip, 3) && is_finite(axes, 9) && is_finite(d->geom_xpos + 3 * geom, 3) && is_finite(turn, 9))) return -1;
 
   seen_site site;
@@ -272,20 +410,24 @@ int place(placement* here, const settings* s, const mjModel* m, const mjData* d,
   mju_sub3(apart, tip, d->geom_xpos + 3 * geom);
   mju_mulMatTVec3(site.at, turn, apart);
   mju_mulMatTMat(site.axes, turn, axes, 3, 3, 3);
-  here->face = choose_face(here->apex, s, type, size, &site, old);
+  geom_shape g = shape_of(s, m, slot);
+  here->face = choose_face(here->apex, &here->local, s, &g, &site, old);
   if (here->face == NO_FACE) {
     mju_zero3(here->apex);
+    here->local = (local_shape){0};
     return 0;
   }
-  face_frame f = frame_of(here->face, type, size, here->apex);
+  face_frame f = frame_of(here->face, &g, here->apex, &here->local);
   place_over(here, &f, &site, turn);
   return 0;
 }
 
-void place_moved(placement* there, const placement* here, const mjModel* m, int geom, const mjtNum shift[3], const mjtNum turn[3]) {
+void place_moved(
+    placement* there, const placement* here, const settings* s, const mjModel* m, const mjtNum shift[3], const mjtNum turn[3]) {
   static const mjtNum SAME[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   mjtNum along[3], across[3], about[3], turned[9], quat[4];
-  face_frame f = frame_of(here->face, (mjtGeom)m->geom_type[geom], m->geom_size + 3 * geom, here->apex);
+  geom_shape g = shape_of(s, m, here->slot);
+  face_frame f = frame_of(here->face, &g, here->apex, &here->local);
   seen_site site = here->site;
   *there = *here;
   against(there, along, across, &f, &site);

@@ -7,10 +7,14 @@
 #include <fingerpad.h>
 #include <mujoco/mujoco.h>
 
+#include "mesh.h"
 #include "settings.h"
 
 /* No face: the fingertip is beside the geom, behind it, or turned away from it. */
 #define NO_FACE 0
+/* The face of a mesh, and an edge of a box: both have a local shape. */
+#define MESH_FACE 1
+#define EDGE_FACE 7
 
 /* A site in the geom's frame: its place, and its axes as columns. */
 typedef struct {
@@ -19,11 +23,14 @@ typedef struct {
 
 /* A site against a face: its foot is the point of the face, or of the tangent plane at a round face's apex, below it. */
 typedef struct {
-  /* NO_FACE; 1 for a plane, a sphere and an ellipsoid; 1 to 6 for the faces +x, +y, +z, -x, -y, -z of a box; of a capsule and a cylinder 1 for
-   * the side, 2 and 3 for the ends at +z and -z. */
+  /* NO_FACE; 1 for a plane, a sphere, an ellipsoid and a mesh; 1 to 6 for the faces +x, +y, +z, -x, -y, -z of a box, 7 for an edge; of a
+   * capsule and a cylinder 1 for the side, 2 and 3 for the ends at +z and -z. */
   int face;
-  /* Outward normal at the apex of a round face, in the geom's frame; zeros for a flat one. */
+  /* Outward normal at the apex of a round face or of a local shape, in the geom's frame; zeros for a flat face. */
   mjtNum apex[3];
+  /* Of a mesh and of an edge; zeros for other faces. `slot` is the place of the geom in the settings. */
+  local_shape local;
+  int slot;
   seen_site site;
   /* The body that the finger meets, with the face's axes. */
   fingerpad_body body;
@@ -39,19 +46,29 @@ typedef struct {
   mjtNum along[3], across[3], normal[3];
 } placement;
 
-/* The face of the last step taken, NO_FACE for none; the apex of a round one; whether the finger touched it. */
+/* The face of the last step taken, NO_FACE for none; the apex of a round one; the local shape of a mesh or an edge; whether the finger
+ * touched it. */
 typedef struct {
   int face, touches;
   mjtNum apex[3];
+  local_shape local;
 } last_face;
 
-/* The placement of the finger's site against `geom`, from d->site_xpos and its like. The old face is kept for as long as the site
+/* The placement of the finger's site against the geom in place `slot` of the settings, from d->site_xpos and its like. The old face is kept for as long as the site
  * stays over it. Returns 0, or -1 if a position is not finite. */
-int place(placement* here, const settings* s, const mjModel* m, const mjData* d, int geom, const last_face* old);
+int place(placement* here, const settings* s, const mjModel* m, const mjData* d, int slot, const last_face* old);
+
+/* Whether a face has a local shape: that of a mesh, and an edge. */
+int has_local(int face, const settings* s, int slot);
+
+/* Whether a contact of a radius, m, about a point of the face's own coordinates reaches beyond the face, or to where a mesh is not
+ * the local shape any more. */
+int reaches_beyond(const placement* here, const settings* s, const mjtNum at[2], mjtNum radius);
 
 /* The placement over the same face after a shift, m, and a turn, rad, of the site along and about the axes of `here`; the directions
  * of the result are in the geom's frame. */
-void place_moved(placement* there, const placement* here, const mjModel* m, int geom, const mjtNum shift[3], const mjtNum turn[3]);
+void place_moved(
+    placement* there, const placement* here, const settings* s, const mjModel* m, const mjtNum shift[3], const mjtNum turn[3]);
 
 /* The point of the undeformed pad that a plane touches first at a pitch and a roll, mm in the site's frame. Of a pad alone. */
 void first_touch(mjtNum place_mm[3], const settings* s, mjtNum pitch, mjtNum roll);

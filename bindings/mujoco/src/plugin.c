@@ -276,7 +276,7 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
       read(&past, contact, s, numbers);
       keep(contact, s, &past, numbers);
     }
-    contact->here_finite = place(&contact->here, s, m, d, s->geoms[i], &past.last) == 0;
+    contact->here_finite = place(&contact->here, s, m, d, i, &past.last) == 0;
     contact->now = contact_step(&past, s, &contact->here, contact->here_finite, strength, m->opt.timestep);
     if (!later) {
       contact->start = contact->here;

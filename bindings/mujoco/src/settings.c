@@ -15,12 +15,12 @@ const char* const ATTRIBUTES[] = {
     "damping_normal_n_s_per_m",
     "damping_slide_n_s_per_m",
     "damping_spin_n_m_s_per_rad",
+    "edge_radius_mm",
     "integration",
     "pad_radius_mm",
     "size",
     "stiffness",
     "lambda",
-    "tau0_mpa",
 };
 const int ATTRIBUTE_COUNT = sizeof(ATTRIBUTES) / sizeof(ATTRIBUTES[0]);
 
@@ -106,26 +106,29 @@ static mjtNum longest_over_least(const mjtNum size[3]) {
 
 static int can_touch(const settings* s, int type) {
   int is_round = type == mjGEOM_SPHERE || type == mjGEOM_ELLIPSOID || type == mjGEOM_CAPSULE || type == mjGEOM_CYLINDER;
-  return type == mjGEOM_PLANE || type == mjGEOM_BOX || (s->is_pad && is_round);
+  return type == mjGEOM_PLANE || type == mjGEOM_BOX || (s->is_pad && (is_round || type == mjGEOM_MESH));
 }
 
-/* Why a geom cannot be touched, in `why`; 0 if it can. */
-static int is_refused(const settings* s, const mjModel* m, int geom, const char* word, char why[REASON_MAX]) {
+/* Why a geom cannot be touched, in `why`; 0 if it can. Reads a mesh into the next place of the settings. */
+static int is_refused(settings* s, const mjModel* m, int geom, const char* word, char why[REASON_MAX]) {
   int type = geom < 0 ? 0 : m->geom_type[geom];
+  char reason[160];
   if (geom < 0) {
     snprintf(why, REASON_MAX, "the model has no geom '%s'", word);
   } else if (!can_touch(s, type)) {
     snprintf(why, REASON_MAX, "geom '%s' is of type %s; %s", word, name_of_type(type),
-             s->is_pad ? "a pad touches planes, boxes, spheres, ellipsoids, cylinders and capsules"
-                       : "a bed of springs touches planes and boxes, a pad also spheres, ellipsoids, cylinders and capsules");
+             s->is_pad ? "a pad touches planes, boxes, spheres, ellipsoids, cylinders, capsules and convex meshes"
+                       : "a bed of springs touches planes and boxes, a pad also spheres, ellipsoids, cylinders, capsules and convex meshes");
   } else if (type == mjGEOM_ELLIPSOID && longest_over_least(m->geom_size + 3 * geom) > AXES_RATIO) {
     snprintf(why, REASON_MAX, "geom '%s' is an ellipsoid whose longest semi-axis is %g times its least; a pad takes up to %g", word,
              longest_over_least(m->geom_size + 3 * geom), AXES_RATIO);
-  } else if (type != mjGEOM_PLANE && type != mjGEOM_BOX && m->geom_size[3 * geom] < LEAST_RADIUS) {
+  } else if (type != mjGEOM_PLANE && type != mjGEOM_BOX && type != mjGEOM_MESH && m->geom_size[3 * geom] < LEAST_RADIUS) {
     snprintf(why, REASON_MAX, "geom '%s' has a radius of %g m; a pad touches bodies of 0.0001 m and more", word,
              m->geom_size[3 * geom]);
   } else if (m->geom_bodyid[geom] == m->site_bodyid[s->site]) {
     snprintf(why, REASON_MAX, "geom '%s' belongs to the body of the site", word);
+  } else if (type == mjGEOM_MESH && facets_read(&s->mesh[s->geom_count], m, m->geom_dataid[geom], reason, sizeof(reason))) {
+    snprintf(why, REASON_MAX, "geom '%s' %s", word, reason);
   } else {
     return 0;
   }
@@ -204,24 +207,23 @@ static int read_none(const mjModel* m, int instance, const char* name, const cha
 
 /* The finger that the attributes make of the model. */
 static int tune(settings* s, const mjModel* m, int instance) {
-  mjtNum size = 1, stiffness = 1, lambda = 1, tau0_mpa = 0;
+  mjtNum size = 1, stiffness = 1, lambda = 1;
   if (read_numbers(m, instance, "size", &size, 1, 0.5, 2) || read_numbers(m, instance, "stiffness", &stiffness, 1, 0.2, 5) ||
       read_numbers(m, instance, "lambda", &lambda, 1, 0.1, 10)) {
     return -1;
   }
   int code;
   if (s->is_pad) {
-    if (read_none(m, instance, "tau0_mpa", "a pad has no tau_0; leave it out") ||
-        read_none(m, instance, "pad_radius_mm", "a pad has a shape of its own; leave it out")) {
+    if (read_none(m, instance, "pad_radius_mm", "a pad has a shape of its own; leave it out")) {
       return -1;
     }
     code = fingerpad_pad_tune(&s->pad, (float)size, (float)stiffness, (float)lambda);
   } else {
-    if (read_numbers(m, instance, "tau0_mpa", &tau0_mpa, 1, 0, 0.1) ||
+    if (read_none(m, instance, "edge_radius_mm", "a bed touches no edges; leave it out") ||
         read_numbers(m, instance, "pad_radius_mm", s->pad_radius_mm, 2, 0, 1000)) {
       return -1;
     }
-    code = fingerpad_model_tune(&s->bed, (float)size, (float)stiffness, (float)lambda, (float)tau0_mpa);
+    code = fingerpad_model_tune(&s->bed, (float)size, (float)stiffness, (float)lambda);
   }
   return code == FINGERPAD_OK ? 0 : refuse(m, instance, "size", value_of(m, instance, "size"), fingerpad_error_text(code));
 }
@@ -306,6 +308,7 @@ int settings_read(settings* s, const mjModel* m, int instance) {
       .damping_slide = 2,
       .damping_spin = 2e-5,
       .pad_radius_mm = {21, 21},
+      .edge_radius = 1,
       .strength_userdata = -1,
   };
   mjtNum strength[GEOMS_MAX], userdata = -1;
@@ -317,9 +320,10 @@ int settings_read(settings* s, const mjModel* m, int instance) {
       read_numbers(m, instance, "damping_normal_n_s_per_m", &s->damping_normal, 1, 0, most) ||
       read_numbers(m, instance, "damping_slide_n_s_per_m", &s->damping_slide, 1, 0, most) ||
       read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most) ||
-      read_integration(s, m, instance)) {
+      read_numbers(m, instance, "edge_radius_mm", &s->edge_radius, 1, 0.1, 10) || read_integration(s, m, instance)) {
     return -1;
   }
+  s->edge_radius /= 1000;
   if (userdata != floor(userdata)) {
     return refuse(m, instance, "strength_userdata", value_of(m, instance, "strength_userdata"), "not a whole number");
   }
@@ -331,6 +335,7 @@ int settings_read(settings* s, const mjModel* m, int instance) {
 void settings_free(settings* s) {
   free(s->file);
   s->file = NULL;
+  for (int i = 0; i < GEOMS_MAX; i++) facets_free(&s->mesh[i]);
 }
 
 float settings_strength(const settings* s, const mjData* d, int i) {

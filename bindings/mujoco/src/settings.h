@@ -6,6 +6,8 @@
 #include <fingerpad.h>
 #include <mujoco/mujoco.h>
 
+#include "mesh.h"
+
 /* Most geoms of one instance. */
 #define GEOMS_MAX 32
 
@@ -24,6 +26,10 @@ typedef struct {
   /* Of a pad: stiffness of the patches over the area in contact, N/m per mm², while its bulk stays as it is. */
   mjtNum patch_stiffness;
   int site, geom_count, geoms[GEOMS_MAX];
+  /* Of each geom that is a mesh; freed by settings_free. */
+  facets mesh[GEOMS_MAX];
+  /* Radius of the rounding of a box's edges, m. */
+  mjtNum edge_radius;
   float strength_factor[GEOMS_MAX];
   /* First of d->userdata that multiply the strength factors, or -1. */
   int strength_userdata;

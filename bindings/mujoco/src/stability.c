@@ -73,7 +73,7 @@ void linearise(linear_contact* linear, const settings* s, const mjModel* m, int 
   placement start, there;
   wrench w;
   mjtNum rest[AXES], moved[AXES];
-  place_moved(&start, here, m, geom, STILL, STILL);
+  place_moved(&start, here, s, m, STILL, STILL);
   memory_clear(&past, s, STICKS);
   outcome now = contact_step(&past, s, &start, 1, STICKS, ANY_STEP_S);
   contact_wrench(&w, &now, s, &start, STILL, STILL);
@@ -81,7 +81,7 @@ void linearise(linear_contact* linear, const settings* s, const mjModel* m, int 
   for (int k = 0; k < AXES; k++) {
     mjtNum shift[3] = {0, 0, 0}, turn[3] = {0, 0, 0}, step = k < 3 ? SMALL_SHIFT : SMALL_TURN;
     (k < 3 ? shift : turn)[k % 3] = step;
-    place_moved(&there, here, m, geom, shift, turn);
+    place_moved(&there, here, s, m, shift, turn);
     memcpy(&fresh, &past, sizeof(past));
     outcome then = contact_step(&fresh, s, &there, 1, STICKS, ANY_STEP_S);
     contact_wrench(&w, &then, s, &there, STILL, STILL);

@@ -1,10 +1,13 @@
 """A finger and an object that are led along a path: positions are prescribed, step by step."""
 
+import functools
+
 import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import fingerpad_mujoco
+import meshes
 import scenes
 from reference import PadFinger
 
@@ -16,7 +19,8 @@ PAD_RADIUS_MM = 21.0
 
 
 def scene(geom="box", radius=HALF, **attributes):
-    """A free finger, its site at its origin, and a free object, a box of half the size HALF or a round one of `radius`; `plane` is fixed to the world."""
+    """A free finger, its site at its origin, and a free object, a box of half the size HALF, a round one of `radius`,
+    or a mesh of one of these; `plane` is fixed to the world."""
     attributes = {"site": "finger", "geoms": "object", **attributes}
     shapes = {
         "box": f'type="box" size="{HALF} {HALF} {HALF}"',
@@ -25,7 +29,20 @@ def scene(geom="box", radius=HALF, **attributes):
         "egg": f'type="ellipsoid" size="{1.15 * radius} {radius / 1.15} {radius}"',
         "rod": f'type="cylinder" size="{radius} 0.1" euler="0 90 0"',
         "capsule": f'type="capsule" size="{radius} 0.1" euler="90 0 0"',
+        "mesh box": 'type="mesh" mesh="box"',
+        "mesh ball": 'type="mesh" mesh="ball"',
+        "mesh egg": 'type="mesh" mesh="egg"',
+        "mesh rod": 'type="mesh" mesh="rod" euler="0 90 0"',
+        "coarse rod": 'type="mesh" mesh="coarse" euler="0 90 0"',
     }
+    own = {
+        "mesh box": lambda: meshes.element("box", *meshes.box((HALF, HALF, HALF))),
+        "mesh ball": lambda: meshes.element("ball", *meshes.sphere(radius, rings=24)),
+        "mesh egg": lambda: meshes.element("egg", *meshes.ellipsoid((1.15 * radius, radius / 1.15, radius), rings=24)),
+        "mesh rod": lambda: meshes.element("rod", *meshes.cylinder(radius, 0.1)),
+        "coarse rod": lambda: meshes.element("coarse", *meshes.cylinder(radius, 0.1, sides=12)),
+    }
+    asset = f"<asset>{own[geom]()}</asset>" if geom in own else ""
     if geom == "plane":
         what = '<geom name="object" type="plane" size="1 1 1"/>'
     else:
@@ -34,6 +51,7 @@ def scene(geom="box", radius=HALF, **attributes):
   <option timestep="0.001" gravity="0 0 0"><flag contact="disable"/></option>
   <size nuserdata="4"/>
   {scenes.extension(scenes.instance("finger", **attributes))}
+  {asset}
   <worldbody>
     <body name="finger"><freejoint/><geom size="0.01" mass="1" contype="0" conaffinity="0"/><site name="finger"/></body>
     {what}
@@ -56,9 +74,15 @@ def finger_at(row):
     return TOP + [x, y, lift - depth], axes
 
 
+@functools.cache
+def pad():
+    """The pad, for numbers that do not depend on a contact."""
+    return PadFinger(scenes.PAD_FILE)
+
+
 def lowest(pitch, roll):
     """How far the pad's lowest point lies below the site in a pose, mm."""
-    touch = PadFinger(scenes.PAD_FILE).first_touch(30 + np.degrees(pitch), np.degrees(roll))
+    touch = pad().first_touch(30 + np.degrees(pitch), np.degrees(roll))
     turned = Rotation.from_euler("y", pitch) * Rotation.from_euler("x", roll)
     return -turned.apply(touch)[2]
 

@@ -6,8 +6,9 @@
 
 use std::io::{BufWriter, Read, StdoutLock, Write};
 
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad::{Body, Cylinder, Edge, PadState, Plane, Sphere, Surface};
-use fingerpad::{Model, ModelFile, Motion, PadModelFile, Response, StateOf};
+use fingerpad::{Model, Motion, Response, StateOf};
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -4,9 +4,10 @@
 
 use std::sync::Arc;
 
+use fingerpad::build::Data;
+use fingerpad::host::{Forces, Motions};
 use fingerpad::{
-    Data, Drive, Error, Forces, Motion, Motions, Normal, Regime, Response, SPRINGS, StateOf, Status, Tangential,
-    Tuning, state_bytes,
+    Drive, Error, Motion, Normal, Regime, Response, SPRINGS, StateOf, Status, Tangential, Tuning, state_bytes,
 };
 
 use crate::group::{
@@ -192,7 +193,7 @@ fn steady_slip(
 
 /// Advances contacts by the core's batch, which computes forces alone.
 fn batch<const P: usize>(
-    step: impl Fn(&mut [StateOf<SPRINGS, P>], Motions, &mut Forces) -> Result<(), fingerpad::BatchLength>,
+    step: impl Fn(&mut [StateOf<SPRINGS, P>], Motions, &mut Forces) -> Result<(), fingerpad::host::BatchLength>,
     states: &mut [StateOf<SPRINGS, P>],
     row: &Row,
     out: &mut [u32],

@@ -7,8 +7,10 @@ use std::hash::{Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use fingerpad::build::{Data, EffectSlot, TableColumn};
 use fingerpad::effects::{LAWS, tables::TABLE};
-use fingerpad::{Data, EffectSlot, Error, Grip, ModelFile, Motion, PadModelFile, State, TableColumn, Tuning};
+use fingerpad::host::{ModelFile, PadModelFile};
+use fingerpad::{Error, Grip, Motion, State, Tuning};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

@@ -7,11 +7,12 @@ use std::hash::{Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use fingerpad::host::PadModelFile;
 use fingerpad::pad::{
     Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadState, Patch, PatchState, Plane, Sphere, Surface,
     pad_state_bytes,
 };
-use fingerpad::{Error, Motion, PadModelFile, Tuning};
+use fingerpad::{Error, Tuning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 

@@ -6,7 +6,7 @@ import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { deflateRawSync } from "node:zlib";
 import { build, transform } from "esbuild";
-import { MODEL, MODULE, OPTIMISED, SITE, WEB } from "./folder.js";
+import { MODEL, MODULE, OPTIMISED, PACKAGE, SITE, WEB } from "./folder.js";
 
 /** Most bytes of module, scripts, styles, page and model file together. */
 const MOST = 120_000;
@@ -46,3 +46,15 @@ const sizes = COUNTED.map((name) => [name, statSync(join(SITE, name)).size]);
 const all = sizes.reduce((sum, [, bytes]) => sum + bytes, 0);
 for (const [name, bytes] of [...sizes, ["together", all]]) console.log(`${name.padEnd(24)} ${String(bytes).padStart(6)} bytes`);
 if (all > MOST) throw new Error(`${all} bytes, at most ${MOST} are allowed`);
+
+// The npm package: the module with its scripts and types.
+rmSync(PACKAGE, { recursive: true, force: true });
+cpSync(join(WEB, "npm"), PACKAGE, { recursive: true });
+const version = /^version = "([^"]+)"/m.exec(workspace)?.[1];
+if (!version) throw new Error("the workspace names no version");
+const description = readFileSync(join(PACKAGE, "package.json"), "utf8").replace("@VERSION@", version);
+writeFileSync(join(PACKAGE, "package.json"), description);
+cpSync(join(WEB, "page/model.js"), join(PACKAGE, "model.js"));
+cpSync(OPTIMISED, join(PACKAGE, "fingerpad.wasm"));
+cpSync(MODEL, join(PACKAGE, "fingertip-pad.fpm"));
+for (const licence of ["LICENSE-APACHE", "LICENSE-MIT"]) cpSync(join(WEB, "../..", licence), join(PACKAGE, licence));

@@ -2,8 +2,9 @@
 //! `cargo +nightly fuzz run calibration -- -max_total_time=60`
 #![no_main]
 
+use fingerpad::Motion;
+use fingerpad::build::Params;
 use fingerpad::calibration::{Calibration, Measured, Settings};
-use fingerpad::{Motion, Params};
 use libfuzzer_sys::fuzz_target;
 
 /// Bytes of one step: six numbers, and how often it is taken.

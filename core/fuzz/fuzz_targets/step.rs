@@ -2,7 +2,8 @@
 //! unflagged. `cargo +nightly fuzz run step -- -max_total_time=60`
 #![no_main]
 
-use fingerpad::{Drive, Motion, Normal, Params, Response, SpinState, State, Status, Tangential, Tuning, step};
+use fingerpad::build::Params;
+use fingerpad::{Drive, Motion, Normal, Response, SpinState, State, Status, Tangential, Tuning, step};
 use libfuzzer_sys::fuzz_target;
 
 /// Bytes of one command: what to do, and five numbers.

@@ -69,7 +69,8 @@ struct Twin<'a, const M: usize, const N: usize> {
 ///
 /// ```
 /// use fingerpad::calibration::{Calibration, Measured, NotCalibrated, Settings};
-/// use fingerpad::{Motion, Params};
+/// use fingerpad::build::Params;
+/// use fingerpad::Motion;
 ///
 /// let data = Params::example().try_build()?;
 /// let mut calibration = Calibration::<4, 37>::new(&data.model()?, Settings::default());

@@ -7,7 +7,7 @@ use core::marker::PhantomData;
 use super::{
     Change, Conditions, Contact, Library, Place, REFERENCE_AREA_MM2, Standard, Surroundings, VALUES, baseline, tables,
 };
-use crate::EffectSlot;
+use crate::build::EffectSlot;
 use crate::error::Field;
 use crate::math::{Scalar, sqrt};
 use crate::tuning::STIFFNESS_FACTOR;

@@ -5,8 +5,8 @@
 //! held at the end, which the step flags; a driver that is not a number leaves the table out. Uses conditions, change, error.
 
 use super::{Change, Conditions, VALUES};
-use crate::EffectSlot;
 use crate::Error;
+use crate::build::EffectSlot;
 use crate::error::Field;
 use crate::math::Real;
 

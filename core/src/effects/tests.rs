@@ -1,7 +1,8 @@
 //! Steps with effects against plain ones and the numbers of `data/law-vectors.csv`.
 
 use super::{Contact, Effects, Surroundings};
-use crate::{EffectSlot, Motion, Params, Response, SPRINGS, State, step};
+use crate::build::{EffectSlot, Params};
+use crate::{Motion, Response, SPRINGS, State, step};
 
 fn run(slots: &[EffectSlot], surroundings: Surroundings) -> [Response; 2] {
     let data = Params::example().try_build().unwrap();

@@ -2,9 +2,10 @@
 //!
 //! Main type: [`PadFile`]. Uses data and the envelope of model files.
 
+use crate::Error;
+use crate::build::{MAGIC, VERSION};
 use crate::error::Field;
 use crate::model_file::{Writer, check_envelope, check_start, section, word};
-use crate::{Error, MAGIC, VERSION};
 
 use super::{MODES, Numbers, Pad, Patch};
 

@@ -1,7 +1,8 @@
 //! Many contacts at once: the bits of one by one, on calm and on disturbed motions.
 
 use crate::common::{Noise, models};
-use fingerpad::{Forces, ModelOf, Motion, Motions, Regime, StateOf, Status, Tuning, step};
+use fingerpad::host::{Forces, Motions};
+use fingerpad::{ModelOf, Motion, Regime, StateOf, Status, Tuning, step};
 
 const COUNT: usize = 29;
 

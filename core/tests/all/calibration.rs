@@ -1,8 +1,9 @@
 //! Calibration on the device: fingers of known tuning, a finger of finite elements, and motions that do not suffice.
 
 use crate::common::{Noise, models, motion};
+use fingerpad::build::Data;
 use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
-use fingerpad::{Data, Model, Motion, Response, State, Tuning, step};
+use fingerpad::{Model, Motion, Response, State, Tuning, step};
 
 type Calibrator<'a> = Calibration<'a, 4, 37>;
 

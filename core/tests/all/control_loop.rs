@@ -1,8 +1,9 @@
 //! A contact in a real control loop: strengths that change, depth that vibrates, noise, forces that are held, objects at rest.
 
 use crate::common::{Noise, example, models, motion};
+use fingerpad::build::{Data, Params};
 use fingerpad::events::{Change, Queue, Watch};
-use fingerpad::{Data, Drive, Model, Normal, Params, Response, State, Status, Tangential, step};
+use fingerpad::{Drive, Model, Normal, Response, State, Status, Tangential, step};
 
 /// A contact pressed to `depth` and slid along x in steps of 10 um.
 fn slid(model: &Model<'_>, depth: f32, slide: f32) -> (State, Response) {

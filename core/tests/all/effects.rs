@@ -1,8 +1,9 @@
 //! The library of effects against `data/law-vectors.csv`, in itself, and under any slots and surroundings.
 
 use crate::common::{example, motion};
+use fingerpad::build::EffectSlot;
 use fingerpad::effects::{Change, Conditions, LAWS, Law, Library, Standard, VALUES, baseline, find, tables};
-use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Response, SPRINGS, Status, Surroundings};
+use fingerpad::{Contact, Effects, Error, Field, Motion, Response, SPRINGS, Status, Surroundings};
 use proptest::prelude::*;
 
 /// Laws, parameters, inputs and outputs that every implementation of a law must give; a file of the repository.

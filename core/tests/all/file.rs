@@ -1,7 +1,8 @@
 //! The model file as documented: the document's vectors are run.
 
 use crate::common::vectors::{aligned, words};
-use fingerpad::{Data, Error, File, Motion, Params, State, step};
+use fingerpad::build::{Data, Params};
+use fingerpad::{Error, File, Motion, State, step};
 
 const DOCUMENT: &str = include_str!("../../docs/fpm-format.md");
 const SHIPPED: &[u8] = include_bytes!("../data/fingertip.fpm");

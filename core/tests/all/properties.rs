@@ -2,9 +2,10 @@
 
 use crate::common::books::keep;
 use crate::common::{DisturbedPath, Noise, any_model, closed_path, disturbed_path, example, models, motion, run};
+use fingerpad::build::{Data, Params, ParamsOf};
 use fingerpad::{
-    Data, Error, ModelOf, Motion, Params, ParamsOf, Regime, Response, SPRINGS, STATE_BYTES, SpinState, State, StateOf,
-    Status, state_bytes, step,
+    Error, ModelOf, Motion, Regime, Response, SPRINGS, STATE_BYTES, SpinState, State, StateOf, Status, state_bytes,
+    step,
 };
 use proptest::prelude::*;
 
@@ -247,18 +248,18 @@ fn close(a: &Response, b: &Response, share: f32) -> Result<(), TestCaseError> {
 }
 
 /// The same parameters in double precision.
-fn twin_of(params: &Params) -> fingerpad::ParamsOf<SPRINGS, { fingerpad::NODES }, f64> {
+fn twin_of(params: &Params) -> fingerpad::build::ParamsOf<SPRINGS, { fingerpad::NODES }, f64> {
     let wide = |x: f32| f64::from(x);
-    fingerpad::ParamsOf {
+    fingerpad::build::ParamsOf {
         depth_max_mm: params.depth_max_mm.into(),
         stiffness_n_mm: params.stiffness_n_mm.map(wide),
-        springs: params.springs.map(|s| fingerpad::SpringParams {
+        springs: params.springs.map(|s| fingerpad::build::SpringParams {
             stiffness_share: s.stiffness_share.into(),
             sharpness: s.sharpness.into(),
             centre_mm: s.centre_mm.into(),
             arm_mm: s.arm_mm.map(wide),
         }),
-        nodes: params.nodes.map(|n| fingerpad::Node {
+        nodes: params.nodes.map(|n| fingerpad::build::Node {
             normal_force_n: n.normal_force_n.into(),
             contact_area_mm2: n.contact_area_mm2.into(),
             stiffness_slope_n_mm2: n.stiffness_slope_n_mm2.map(wide),

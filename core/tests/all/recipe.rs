@@ -6,8 +6,9 @@ mod sebum_film;
 // What a file in `core/src/effects` finds in the module above it.
 use fingerpad::effects::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
+use fingerpad::build::{EffectSlot, Params};
 use fingerpad::effects::{LAWS, Library, Standard};
-use fingerpad::{Contact, EffectSlot, Effects, Error, Field, Motion, Params, SPRINGS, Surroundings};
+use fingerpad::{Contact, Effects, Error, Field, Motion, SPRINGS, Surroundings};
 use sebum_film::SebumFilm;
 
 const DOCUMENT: &str = include_str!("../../docs/add-an-effect.md");

@@ -1,10 +1,12 @@
 //! Requests of a controller besides a step: gradients, driven steps, the least grip, events.
 
 use crate::common::{Noise, closed_path, example, motion, shipped};
+use fingerpad::build::Data;
 use fingerpad::events::{Change, Queue, Watch};
+use fingerpad::host::{Forces, Motions};
 use fingerpad::{
-    Contact, Data, Drive, Effects, Forces, Model, Motion, Motions, Normal, Regime, Response, SPRINGS, SpinState, State,
-    Status, Surroundings, Tangential, step,
+    Contact, Drive, Effects, Model, Motion, Normal, Regime, Response, SPRINGS, SpinState, State, Status, Surroundings,
+    Tangential, step,
 };
 use proptest::prelude::*;
 
@@ -207,7 +209,8 @@ fn events_in_their_order() {
 #[cfg(feature = "serde")]
 #[test]
 fn serde_round_trips() {
-    use fingerpad::{Contact, EffectSlot, Params, SpinState};
+    use fingerpad::build::{EffectSlot, Params};
+    use fingerpad::{Contact, SpinState};
 
     fn again<T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + core::fmt::Debug>(value: &T) {
         assert_eq!(serde_json::from_str::<T>(&serde_json::to_string(value).unwrap()).unwrap(), *value);

@@ -1,7 +1,8 @@
 //! Results do not depend on the length of a step: directions down to nanometres, forces along random paths.
 
 use crate::common::{Noise, shipped};
-use fingerpad::{DataOf, Motion, NODES, Response, Scalar, StateOf, step};
+use fingerpad::build::DataOf;
+use fingerpad::{Motion, NODES, Response, Scalar, StateOf, step};
 
 /// A path at constant depth: slides of 45 degrees, mm, one after the other, with noise on the depth in every step.
 struct Stroke {

@@ -3,8 +3,9 @@
 use core::f64::consts::FRAC_1_SQRT_2;
 
 use crate::common::{Noise, shipped};
+use fingerpad::build::DataOf;
 use fingerpad::events::{Change, Event, Watch};
-use fingerpad::{DataOf, Motion, NODES, StateOf, step};
+use fingerpad::{Motion, NODES, StateOf, step};
 
 const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.5, 2.2];
 const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [FRAC_1_SQRT_2; 2]];

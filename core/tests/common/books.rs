@@ -1,6 +1,7 @@
 //! The energy of a contact, in double precision and from the formula alone: what the plane's work is booked against.
 
-use fingerpad::{Data, Parabola, SPRINGS, StateOf, Tuning, state_bytes, step};
+use fingerpad::build::{Data, Parabola};
+use fingerpad::{SPRINGS, StateOf, Tuning, state_bytes, step};
 
 use super::Disturbed;
 

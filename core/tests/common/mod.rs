@@ -7,7 +7,8 @@ pub mod golden_pad;
 pub mod law_vectors;
 pub mod vectors;
 
-use fingerpad::{Data, Error, FileOf, Motion, Params, ParamsOf, Response, State, Tuning, step};
+use fingerpad::build::{Data, Params, ParamsOf};
+use fingerpad::{Error, FileOf, Motion, Response, State, Tuning, step};
 use proptest::prelude::*;
 
 pub fn example() -> Data {

@@ -6,12 +6,13 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
+use fingerpad::build::Params;
 use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
-    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Params, Response,
-    SPRINGS, SpinState, State, Surroundings, Tangential, Tuning,
+    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Response, SPRINGS,
+    SpinState, State, Surroundings, Tangential, Tuning,
 };
 use nalgebra::{Matrix3, Vector3};
 use panic_never as _;

@@ -5,10 +5,11 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
+use fingerpad::build::{DataOf, EffectSlot, ParamsOf};
 use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::{
-    Contact, DataOf, Drive, EffectSlot, Effects, Error, Motion, NODES, Normal, ParamsOf, Response, SPRINGS, StateOf,
-    Surroundings, Tangential, Tuning, step,
+    Contact, Drive, Effects, Error, Motion, NODES, Normal, Response, SPRINGS, StateOf, Surroundings, Tangential,
+    Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::follow_path;
 use fingerpad_fe::mesh::MeshPreset;

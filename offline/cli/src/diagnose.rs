@@ -9,9 +9,9 @@ use anyhow::anyhow;
 use fingerpad_diagnose::laws::run_columns::template;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile,
-    NextExperiment, Options, PlanConstraints, PowerSettings, Redecision, ReducedDiagnosis, RunSet, SelectionSettings,
-    Verdict, corrected_model, diagnose, diagnose_forces, laws::Column, understand,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, FilePart, InputFile, LawsFile,
+    NextExperiment, Options, PlanConstraints, PowerSettings, Redecision, ReducedDiagnosis, Rotation, RunSet,
+    SelectionSettings, SessionFile, Verdict, corrected_model, diagnose, diagnose_forces, laws::Column, understand,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -31,15 +31,25 @@ Examples:
   fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
   fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
   fingerpad diagnose --template runs.csv
+  fingerpad diagnose --calibration c.csv --measured m.csv --append n.csv --out d
+  fingerpad diagnose --calibration c1.csv --measured m1.csv --map x=Fx,y=Fy,normal=Fz --sensor-rpy-deg 180,0,0 --out d
   fingerpad diagnose --calibration c0.csv --measured m0.csv --map run=Trial --check
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --laws laws.toml --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --power --power-seconds 20 --out d
 
---check says what was understood of the files and which laws they can test. Files may be compressed by gzip; commas,
+--check prints how the files were read and which laws they can test. Files may be compressed by gzip; commas,
 semicolons or tabs separate cells, with the latter two decimals may have commas, and the row below the header may name the
 units. Values of another unit are reported with the --unit that converts them. No run of a file may stand in another one.
 With --can-set the next experiment keeps to what the device can do; the cheapest plan that suffices is proposed.
+
+--append joins further runs to the measured ones, such as the strokes of next_experiment.csv once they are measured: the
+result is that of one file with all runs. Run the command again with one more file after each round. Run names must
+differ between files, and so must the times on their common clock (--append-start-s).
+
+--sensor-rpy-deg or --sensor-matrix turns forces that a robot logged in the frame of its force-torque sensor into the
+contact frame (x, y, normal force). Signs and units of --map and --unit come first. A matrix that is left-handed or not
+orthogonal is refused. Torques are not read.
 
 --power simulates the measured runs with the calibrated model, noise and scatter, without an effect and with each law at
 3, 10 and 30 % of the force, and decides each set: how often these runs raise a false alarm, and how often they detect
@@ -75,6 +85,12 @@ pub struct Args {
     /// Further runs, opened only after the laws are chosen (CSV)
     #[arg(long, value_name = "H.csv")]
     holdout: Option<PathBuf>,
+    /// Further measured runs, whose files join --measured in this order: the verdict and the next experiment are those of all runs (CSV)
+    #[arg(long, value_name = "RUN.csv", num_args = 1.., conflicts_with_all = ["force_only", "table"])]
+    append: Vec<PathBuf>,
+    /// Time of the first row of each appended file on the clock of --measured, s, where its clock was started again
+    #[arg(long, value_name = "S", value_delimiter = ',', allow_negative_numbers = true, requires = "append")]
+    append_start_s: Vec<f64>,
     /// Model file to start from; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
     model: Option<PathBuf>,
@@ -117,6 +133,18 @@ pub struct Args {
     /// What the columns are called in the files; a minus sign turns one round
     #[arg(long, value_name = "normal=-Fz,x=Fx,y=Fy,t=Timestamp", allow_hyphen_values = true)]
     map: Option<String>,
+    /// Roll, pitch and yaw of the force sensor in the contact frame, degrees, about the fixed axes x, y, z one after the other; forces are
+    /// turned by them after --map
+    #[arg(
+        long,
+        value_name = "ROLL,PITCH,YAW",
+        allow_hyphen_values = true,
+        conflicts_with_all = ["sensor_matrix", "table"]
+    )]
+    sensor_rpy_deg: Option<String>,
+    /// The same as the rotation matrix from the sensor frame to the contact frame, nine numbers row by row
+    #[arg(long, value_name = "R11,R12,...,R33", allow_hyphen_values = true, conflicts_with = "table")]
+    sensor_matrix: Option<String>,
     /// Units of columns that are not in mm, N, s, mm/s, C, deg, au: um, cm, m, in, mN, gf, kgf, ms, us, min, um/s, K, F, rad,
     /// fraction and others
     #[arg(long, value_name = "depth=um,normal=mN")]
@@ -234,8 +262,13 @@ impl From<DiagnoseError> for Failure {
 
 /// Measured runs from a file, with a bar.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<RunSet, Failure> {
+    Ok(read_union(&[SessionFile::first(path)], map)?.0)
+}
+
+/// Measured runs from the files of a session, with a bar.
+fn read_union(files: &[SessionFile], map: &ColumnMap) -> Result<(RunSet, Vec<FilePart>), Failure> {
     let bar = bar("reading".into());
-    let result = runs_csv::read_mapped(path, map, &mut |share| {
+    let result = runs_csv::read_union(files, map, &mut |share| {
         bar.set_share(share);
         go_on().is_continue()
     });
@@ -256,6 +289,58 @@ fn input(role: &str, set: &RunSet) -> InputFile {
         runs: set.runs_read,
         notes: set.notes.clone(),
     }
+}
+
+/// The files of the measured runs: that of --measured and those of --append.
+fn session(args: &Args, measured: &Path) -> Result<Vec<SessionFile>, Failure> {
+    let (files, starts) = (args.append.len(), args.append_start_s.len());
+    if starts != 0 && starts != files {
+        return Err(Failure::Input(anyhow!("--append-start-s: {starts} times for {files} files of --append")));
+    }
+    if let Some(start_s) = args.append_start_s.iter().find(|s| !s.is_finite()) {
+        return Err(Failure::Input(anyhow!("--append-start-s {start_s}: not a finite time")));
+    }
+    let appended = args.append.iter().enumerate();
+    let appended =
+        appended.map(|(i, path)| SessionFile { path: path.clone(), start_s: args.append_start_s.get(i).copied() });
+    Ok([SessionFile::first(measured)].into_iter().chain(appended).collect())
+}
+
+/// The files of the measured runs among the report's inputs.
+fn measured_inputs(set: &RunSet, parts: &[FilePart]) -> Vec<InputFile> {
+    let of = |(i, part): (usize, &FilePart)| InputFile {
+        role: if i == 0 { "measured" } else { "appended" }.into(),
+        file: part.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+        sha256: part.sha256.clone(),
+        rows: part.rows_read,
+        runs: part.runs_read,
+        notes: if i == 0 { set.notes.clone() } else { Vec::new() },
+    };
+    parts.iter().enumerate().map(of).collect()
+}
+
+/// A verdict with the laws of its candidates.
+fn verdict_in_words(report: &Diagnosis) -> String {
+    let laws = report.effects.iter().map(|effect| match &effect.candidates[..] {
+        [] | [_] => effect.law.replace('_', " "),
+        all => all.iter().map(|c| c.law.replace('_', " ")).collect::<Vec<_>>().join(" or "),
+    });
+    let laws: Vec<String> = laws.collect();
+    let word = report::diagnosis::word(report);
+    if laws.is_empty() { word.to_string() } else { format!("{word} ({})", laws.join("; ")) }
+}
+
+/// How the verdict compares with that of the folder's last report, which is that of fewer runs of the same files.
+fn progress_since(before: &Diagnosis, now: &Diagnosis) -> Option<String> {
+    let runs = |report: &Diagnosis| -> usize {
+        report.input.iter().filter(|i| i.role == "measured" || i.role == "appended").map(|i| i.runs).sum()
+    };
+    let hashes = |report: &Diagnosis| -> Vec<String> { report.input.iter().map(|i| i.sha256.clone()).collect() };
+    let (earlier, later) = (hashes(before), hashes(now));
+    let joined = runs(now).checked_sub(runs(before)).filter(|joined| *joined > 0)?;
+    earlier.iter().all(|hash| later.contains(hash)).then(|| {
+        format!("With {joined} more measured runs: {} became {}.", verdict_in_words(before), verdict_in_words(now))
+    })
 }
 
 /// The file of laws among the report's inputs.
@@ -290,6 +375,7 @@ fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
     ];
     let inputs = given.map(|(flag, path)| (flag, path.as_deref()));
     let measured = args.measured.iter().map(|path| ("--measured", Some(path.as_path())));
+    let measured = measured.chain(args.append.iter().map(|path| ("--append", Some(path.as_path()))));
     let mut outputs = Outputs::beside(inputs.into_iter().chain(measured).chain(args.finger.inputs(&config))).file(
         "--report",
         elsewhere(args),
@@ -315,13 +401,18 @@ fn table(args: &Args, path: &Path) -> Result<(), Failure> {
 }
 
 fn column_map(args: &Args, laws: &LawsFile) -> Result<ColumnMap, Failure> {
-    ColumnMap::parse_with(laws.columns.clone(), args.map.as_deref(), args.unit.as_deref())
-        .map_err(|problem| Failure::Input(anyhow!(problem)))
+    let refused = |problem: String| Failure::Input(anyhow!(problem));
+    let of_angles = args.sensor_rpy_deg.as_deref().map(Rotation::from_rpy_deg);
+    let rotation = of_angles.or_else(|| args.sensor_matrix.as_deref().map(Rotation::from_matrix));
+    let rotation = rotation.transpose().map_err(refused)?;
+    let map =
+        ColumnMap::parse_with(laws.columns.clone(), args.map.as_deref(), args.unit.as_deref()).map_err(refused)?;
+    Ok(map.turned_by(rotation))
 }
 
 /// Says what was understood of the files and what they can test.
-fn check(calibration: &Path, measured: &Path, map: &ColumnMap, laws: &LawsFile) -> Result<(), Failure> {
-    let sets = [("calibration", read_mapped(calibration, map)?), ("measured", read_mapped(measured, map)?)];
+fn check(calibration: &Path, measured: &[SessionFile], map: &ColumnMap, laws: &LawsFile) -> Result<(), Failure> {
+    let sets = [("calibration", read_mapped(calibration, map)?), ("measured", read_union(measured, map)?.0)];
     for (role, set) in &sets {
         println!("{role}: {}: {} runs, {} rows", set.path.display(), set.runs_read, set.rows_read);
         set.notes.iter().for_each(|note| println!("  {note}"));
@@ -402,12 +493,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let own = args.laws.as_deref().map(LawsFile::read).transpose()?.unwrap_or_default();
     let plan = plan(args, &own)?;
     let map = column_map(args, &own)?;
+    let session = session(args, measured_path)?;
     if args.check {
-        return check(calibration_path, measured_path, &map, &own);
+        return check(calibration_path, &session, &map, &own);
     }
     prepare(args, &[args.out()])?;
+    let json = elsewhere(args).map_or_else(|| args.out().join(JSON), Path::to_path_buf);
+    let before: Option<Diagnosis> = std::fs::read(json).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
     let calibration = read_mapped(calibration_path, &map)?;
-    let measured = read_mapped(measured_path, &map)?;
+    let (measured, parts) = read_union(&session, &map)?;
     let (file, model) = super::model::load(args.model.as_deref())?;
     let data = *file.file().model.data();
     let reference = ReferenceCurves::from_model_data(&data, args.model.is_some());
@@ -429,7 +523,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         diagnose::<Failure>(&calibration, &measured, &reference, &options, open_holdout, &mut |stage| tell(stage))
     })?;
-    report.input = vec![input("calibration", &calibration), input("measured", &measured)];
+    report.input = vec![input("calibration", &calibration)];
+    report.input.extend(measured_inputs(&measured, &parts));
     report.input.extend(held);
     report.input.extend(args.laws.as_deref().map(|path| laws_input(path, &options.own)));
     let mut model_bytes = None;
@@ -472,6 +567,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(args, &report, &evidence, model_bytes.as_deref())?;
     }
     println!("{}", report::diagnosis::summary(&report));
+    before.and_then(|before| progress_since(&before, &report)).iter().for_each(|sentence| println!("{sentence}"));
     report.stability.iter().for_each(|found| println!("{}", repeated::stability_sentence(found)));
     report.power.iter().for_each(|found| println!("{}", repeated::power_sentence(found, &report)));
     report.corrected_tables.iter().for_each(|table| println!("{CORRECTED}: {table}"));

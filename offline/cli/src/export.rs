@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::ValueEnum;
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use fingerpad_fmu as fmu;
 use fingerpad_reduce as reduce;
 use fingerpad_reduce::{LimitSurface, limit_surface};

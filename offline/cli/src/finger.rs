@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::ValueEnum;
-use fingerpad::{ModelFile, PadModelFile};
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_fe::experiment::Config;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::pad::{FitLimits, PadMeta, PadSettings, runs_for_bed};

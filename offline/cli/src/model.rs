@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use anyhow::Context;
-use fingerpad::{Error, ModelFile, PadModelFile};
+use fingerpad::Error;
+use fingerpad::host::{ModelFile, PadModelFile};
 
 use super::Failure;
 

@@ -4,7 +4,8 @@
 
 use std::fmt::Write as _;
 
-use fingerpad::{File, Surroundings, TableColumn};
+use fingerpad::build::TableColumn;
+use fingerpad::{File, Surroundings};
 
 /// Version of the unit's variables and saved states, as in the unit.
 const VERSION: u32 = 2;

@@ -6,7 +6,7 @@ mod description;
 
 use std::io::{Cursor, Write as _};
 
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 

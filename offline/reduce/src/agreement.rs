@@ -72,7 +72,7 @@ pub fn agreement<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, resp
 
 #[cfg(test)]
 mod tests {
-    use fingerpad::Params;
+    use fingerpad::build::Params;
     use fingerpad_fe::load_path::Waypoint;
 
     use super::*;

@@ -3,7 +3,8 @@
 //! Main types: [`Band`], [`Coverage`]. The normal force's half-width is a table over depth times a parabola in the stick
 //! ratio; that of each friction component a parabola in the stick ratio times the limit. Uses replay, runs.
 
-use fingerpad::{ModelOf, ParamsOf, Regime, Response};
+use fingerpad::build::ParamsOf;
+use fingerpad::{ModelOf, Regime, Response};
 use serde::{Deserialize, Serialize};
 
 use super::replay::replay;

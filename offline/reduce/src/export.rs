@@ -4,12 +4,14 @@
 
 use std::fmt::Write as _;
 
-use fingerpad::{Data, Line, ModelFile, Parabola, Row, SPRINGS, Spring};
+use fingerpad::SPRINGS;
+use fingerpad::build::{Data, Line, Parabola, Row, Spring};
+use fingerpad::host::ModelFile;
 
 /// Format of a model's source text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// `pub static MODEL: fingerpad::Data`, numbers that read back as the same bits.
+    /// `pub static MODEL: fingerpad::build::Data`, numbers that read back as the same bits.
     Rust,
     /// The file's bytes as an array for `fingerpad_model_load`.
     C,
@@ -40,7 +42,7 @@ fn rust(file: &ModelFile) -> String {
         let _ = writeln!(out, "// {line}");
     }
     let (m, n) = (data.springs.len(), data.rows.len());
-    let _ = writeln!(out, "\nuse fingerpad::{{DataOf, Line, Parabola, Row, Spring}};\n");
+    let _ = writeln!(out, "\nuse fingerpad::build::{{DataOf, Line, Parabola, Row, Spring}};\n");
     let _ = writeln!(out, "/// Turn it into a model with `MODEL.model()`, which checks it.");
     let _ = writeln!(out, "pub static MODEL: DataOf<{m}, {n}> = DataOf {{");
     for (name, values) in head(data) {
@@ -200,7 +202,7 @@ fn json(file: &ModelFile) -> String {
     let cell = data.depth_max / (data.rows.len() - 1) as f32;
     let depth_mm: Vec<f32> = (0..data.rows.len()).map(|i| cell * i as f32).collect();
     let whole = serde_json::json!({
-        "format": "fpm", "version": fingerpad::VERSION, "meta": meta, "numbers": numbers, "springs": springs,
+        "format": "fpm", "version": fingerpad::build::VERSION, "meta": meta, "numbers": numbers, "springs": springs,
         "depth_mm": depth_mm, "tables": tables, "effects": effects,
     });
     serde_json::to_string_pretty(&whole).expect("plain numbers and text") + "\n"
@@ -209,7 +211,7 @@ fn json(file: &ModelFile) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fingerpad::Params;
+    use fingerpad::build::Params;
 
     const META: &str = r#"{"name":"a, long, enough, text"}"#;
 

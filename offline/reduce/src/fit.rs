@@ -4,7 +4,8 @@
 //! and area, then what only a spin shows. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
 //! Uses initial_guess, parameterisation, residuals.
 
-use fingerpad::{Error, ParamsOf};
+use fingerpad::Error;
+use fingerpad::build::ParamsOf;
 use fingerpad_least_squares::{
     LevenbergMarquardt, MinimizationReport, Problem, TerminationReason, minimise, objective,
 };

@@ -259,7 +259,7 @@ fn unit(v: [f64; 3]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use fingerpad::{ModelFile, PadModelFile};
+    use fingerpad::host::{ModelFile, PadModelFile};
 
     use super::*;
 

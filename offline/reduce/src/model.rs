@@ -4,7 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{DataOf, EffectSlot, ModelOf, NODES, ParamsOf, SPRINGS};
+use fingerpad::build::{DataOf, EffectSlot, ParamsOf};
+use fingerpad::{ModelOf, NODES, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
@@ -220,7 +221,7 @@ mod tests {
     use super::*;
     use crate::runs::Turned;
     use crate::{DesignSettings, Sample, design, simulate_path, strength};
-    use fingerpad::{Data, Params};
+    use fingerpad::build::{Data, Params};
     use fingerpad_fe::load_path::{Drive, Turn};
 
     /// Runs whose responses come from a known model instead of finite elements.
@@ -274,7 +275,7 @@ mod tests {
         assert_eq!(reduced.data.pose_deg, [45.0, 0.0]);
         assert!(held_out.moment_of_limit < 0.03, "{held_out:?}");
         let bytes = reduced.file(&[]).unwrap();
-        let file = fingerpad::ModelFile::new(&bytes).unwrap();
+        let file = fingerpad::host::ModelFile::new(&bytes).unwrap();
         assert_eq!(*file.file().model.data(), reduced.data);
         assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
         runs[3].settings_hash = "other".into();

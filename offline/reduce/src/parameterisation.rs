@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use fingerpad::{Node, ParamsOf, SpringParams};
+use fingerpad::build::{Node, ParamsOf, SpringParams};
 
 use super::tables::Knots;
 

@@ -5,7 +5,8 @@
 
 use std::ops::Range;
 
-use fingerpad::{DataOf, Error, Regime, Response};
+use fingerpad::build::DataOf;
+use fingerpad::{Error, Regime, Response};
 use fingerpad_least_squares::Problem;
 use rayon::prelude::*;
 

@@ -3,8 +3,10 @@
 //! Main functions: [`retuned_bed`], [`retuned_pad`]. The core changes the same numbers at run time ([`fingerpad::ModelOf::tuned`],
 //! [`fingerpad::pad::Pad::tuned`]); a file serves where a program takes a model file only.
 
+use fingerpad::Tuning;
+use fingerpad::build::Data;
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad::Patch;
-use fingerpad::{Data, ModelFile, PadModelFile, Tuning};
 use serde_json::{Map, Value, json};
 
 use crate::ReduceError;

@@ -2,7 +2,8 @@
 //!
 //! Main type: [`SpinLimit`]. Uses replay.
 
-use fingerpad::{DataOf, Line, ParamsOf, Regime};
+use fingerpad::Regime;
+use fingerpad::build::{DataOf, Line, ParamsOf};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
 use super::Run;
@@ -141,7 +142,8 @@ pub fn in_full_slip<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, ru
 mod tests {
     use super::*;
     use crate::{Kind, Sample, Turned};
-    use fingerpad::{NODES, Params, SPRINGS};
+    use fingerpad::build::Params;
+    use fingerpad::{NODES, SPRINGS};
     use fingerpad_fe::experiment::RigidBodySettings;
     use fingerpad_fe::load_path::{Drive, Path};
 

@@ -336,7 +336,7 @@ pub(crate) fn along(path: &Path, neutral_pitch_deg: f64, go: &mut Step) -> Vec<T
 
 #[cfg(test)]
 mod tests {
-    use fingerpad::{EffectSlot, Params};
+    use fingerpad::build::{EffectSlot, Params};
     use fingerpad_fe::load_path::Waypoint;
 
     use super::*;

@@ -2,7 +2,8 @@
 //!
 //! May use reduce.
 
-use fingerpad::{Data, ModelOf};
+use fingerpad::ModelOf;
+use fingerpad::build::Data;
 
 use super::reduced::{PairRow, PathPair, ReducedReport, SizePoint};
 use fingerpad_reduce::{CurvePoint, Kind, Reduced, Run, Scores, replay, strength};

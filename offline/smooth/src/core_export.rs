@@ -10,8 +10,9 @@
 //! does not reach at some depth is a spring that does not touch there. The parts are fitted together with the springs'
 //! odd term, and determine the yield slides.
 
+use fingerpad::build::{Data, EffectSlot, Node, Params, SpringParams};
 use fingerpad::effects::baseline::{DIRECTION, SHEAR};
-use fingerpad::{Data, EffectSlot, Effects, Error, NODES, Node, Params, SPRINGS, SpringParams, Surroundings};
+use fingerpad::{Effects, Error, NODES, SPRINGS, Surroundings};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
 use crate::core_replay::replay_stroke;

@@ -2,7 +2,7 @@
 //!
 //! Main type: [`ReferenceCurves`].
 
-use fingerpad::{DataOf, Line, Row};
+use fingerpad::build::{DataOf, Line, Row};
 use nalgebra::{DMatrix, DVector};
 
 use crate::model::{ELEMENTS, MIDDLE_MM, ODD_SHAPE, SmoothModel};

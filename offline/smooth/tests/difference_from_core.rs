@@ -1,6 +1,7 @@
 //! Difference of the smooth model from the core's own step along strokes like those of a measured set.
 
-use fingerpad::{Effects, ModelFile, Surroundings};
+use fingerpad::host::ModelFile;
+use fingerpad::{Effects, Surroundings};
 use fingerpad_smooth::{ReferenceCurves, Sample, SmoothModel, Stroke, export_to_core, replay_stroke, simulate};
 
 /// A press to a depth, a slide of 3 mm in a direction, and half of it back.

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Parser;
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere};
-use fingerpad::{ModelFile, Motion, PadModelFile, SpinState, step};
+use fingerpad::{Motion, SpinState, step};
 use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;

@@ -5,7 +5,9 @@
 
 use std::path::{Path, PathBuf};
 
-use fingerpad::{Data, File, PadModelFile};
+use fingerpad::File;
+use fingerpad::build::Data;
+use fingerpad::host::PadModelFile;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadMeta, PadModel};

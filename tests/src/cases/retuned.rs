@@ -1,6 +1,6 @@
 //! The shipped reduced model, retuned at run time, against finite-element fingers that it was not fitted to.
 
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use fingerpad::{Model, Motion, State, Tuning};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, Trajectory};

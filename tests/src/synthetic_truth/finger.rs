@@ -152,7 +152,7 @@ impl Finger {
             loop {
                 let next = [bulk[0] + share * by[0], bulk[1] + share * by[1]];
                 let there = evaluate(next);
-                // The last digits of the energy tell nothing near the minimum.
+                // The last digits of the energy mean nothing near the minimum.
                 if there.energy <= here.energy - 1e-4 * share * slope + 1e-15 || share < 1e-9 {
                     *bulk = next;
                     here = there;

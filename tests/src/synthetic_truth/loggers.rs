@@ -7,6 +7,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use fingerpad_diagnose::{RawRow, RunSet};
 
 use super::Random;
+use super::laboratory::Noise;
 use super::protocol::Plan;
 
 /// A way to run the experiments.
@@ -36,7 +37,16 @@ pub enum Protocol {
     Filter,
     /// 100 rows a second, forces of the measured and held-out runs 5 to 20 ms late, those of the calibration not.
     LagDiffers,
+    /// In 5 % of the runs of each file the scatter is five times as large.
+    OutlierRuns,
+    /// Forces in steps of 12 bit over 20 N.
+    Quantised,
+    /// The finger's depth trembles by 5 um (root mean square, 8 to 12 Hz), and the file does not have it.
+    Tremor,
 }
+
+/// Step of a force that 12 bit have over 20 N, N.
+const STEP_N: f64 = 20.0 / 4096.0;
 
 /// A logger of a constant rate.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +107,15 @@ impl Protocol {
         }
     }
 
+    /// The noise of a laboratory under this protocol.
+    pub fn noise(self, noise: Noise) -> Noise {
+        match self {
+            Self::OutlierRuns => Noise { outlier_runs: 0.05, ..noise },
+            Self::Tremor => Noise { tremor_mm: 5e-3, ..noise },
+            _ => noise,
+        }
+    }
+
     /// The logger's constant rate, of a protocol that has one.
     ///
     /// * `seed`: that of the set, from which its lag is drawn
@@ -125,6 +144,12 @@ impl Protocol {
                 peaks.sort_by(f64::total_cmp);
                 // A rail that the deepest third of the runs reaches.
                 Logger { rail_n: peaks[peaks.len() * 2 / 3], ..Logger::FAULTLESS }.logged(&set, random)
+            }
+            Self::Quantised => {
+                let mut set = set;
+                let forces_n = set.runs.iter_mut().flat_map(|run| &mut run.force_n).flatten();
+                forces_n.for_each(|force_n| *force_n = (*force_n / STEP_N).round() * STEP_N);
+                Logged { read: all_read(&set), set }
             }
             _ => Logged { read: all_read(&set), set },
         }
@@ -210,5 +235,25 @@ impl Logger {
         });
         let runs = runs.collect();
         Logged { set: RunSet::from_rows(set.path.clone(), runs).expect("a logger's clock never falls"), read }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic_truth::sets::{Hide, case_of};
+
+    #[test]
+    fn a_quantised_logger_writes_steps_of_12_bit_over_20_n() {
+        let made = case_of(Protocol::Quantised, 5, Hide::Nothing, 0.0, 0, 5, true);
+        let plain = case_of(Protocol::Plane, 5, Hide::Nothing, 0.0, 0, 5, true);
+        for (set, plain) in [(&made.calibration, &plain.calibration), (&made.measured, &plain.measured)] {
+            let forces =
+                |set: &RunSet| -> Vec<f64> { set.runs.iter().flat_map(|r| &r.force_n).flatten().copied().collect() };
+            for (step, force_n) in forces(set).into_iter().zip(forces(plain)) {
+                let steps = step / (20.0 / 4096.0);
+                assert!((steps - steps.round()).abs() < 1e-9 && (step - force_n).abs() <= 0.5 * STEP_N + 1e-12);
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@
 //! Main types: [`finger::Finger`] (bristles on a bulk, under a pressure that moves with depth),
 //! [`half_space_finger::HalfSpaceFinger`] (elastic half-space, elliptic contact, friction linear in pressure),
 //! [`brush_finger::BrushFinger`] (bristles that age and relax),
-//! [`effects::Effect`], [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could tell).
+//! [`effects::Effect`], [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could separate).
 
 pub mod brush_finger;
 pub mod csv;

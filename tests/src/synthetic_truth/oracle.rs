@@ -1,8 +1,8 @@
-//! What a perfect analyst could tell: separations by the simulator's own readings and true noise.
+//! What a perfect analyst could separate: separations by the simulator's own readings and true noise.
 //!
-//! It knows the finger's shape up to two per cent, its scales not, the noise, the scatter between runs, the error of the
-//! moisture readings, the formulas of all laws, and the readings that the logger wrote: those that it lost and its spikes tell
-//! nothing. The diagnosis is not asked.
+//! It is given the finger's shape up to two per cent, its scales not, the noise, the scatter between runs, the error of the
+//! moisture readings, the formulas of all laws, and the readings that the logger wrote: those that it lost and its spikes are
+//! not used. The diagnosis plays no part.
 //!
 //! Main type: [`Separation`]; main function: [`separation`].
 
@@ -33,7 +33,7 @@ impl Separation {
         self.detect > 40.0 && self.rival > 25.0
     }
 
-    /// Whether nobody could tell it from another family.
+    /// Whether no analyst could separate it from another family.
     pub fn indistinguishable(&self) -> bool {
         self.detect > 40.0 && self.rival < 4.0
     }
@@ -60,7 +60,7 @@ pub fn separation(case: &Case) -> Separation {
     Separation { detect, rival, amplitude_sd: analyst.amplitude_sd(truth, &hidden) }
 }
 
-/// Who knows the finger, the noise and the rows.
+/// An analyst who has the finger, the noise and the rows.
 struct Analyst<'a> {
     case: &'a Case,
     /// Readings without an effect, N: three a row, run after run.

@@ -271,7 +271,7 @@ pub struct Logged {
 /// Longest motion between close rows, mm.
 const CLOSE_MM: f64 = 0.04;
 
-/// The strokes of [`strokes`] at close rows, read at a constant rate. The logger's clock knows nothing of the corners of the motion, so
+/// The strokes of [`strokes`] at close rows, read at a constant rate. The logger's clock does not depend on the corners of the motion, so
 /// that a turn lies between two of its rows.
 pub fn logged_strokes(plans: &[Plan], rate_hz: f64, random: &mut Random) -> Vec<Logged> {
     strokes(plans, 30)

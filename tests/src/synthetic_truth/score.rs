@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use cpu_time::ThreadTime;
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, CovariateError, DiagnoseError, Diagnosis, EffectFound, Evidence, LawsFile, Options,
     PlanConstraints, PlannedRun, RunSet, SelectionSettings, Verdict, diagnose, laws::Column,

@@ -125,7 +125,7 @@ pub struct Broken {
     pub name_without_amplitude: bool,
     /// The verdict `none` with a law's test significant.
     pub none_with_evidence: bool,
-    /// Scatter between runs above twice the expected that nothing in the report tells.
+    /// Scatter between runs above twice the expected that the report does not mention.
     pub silent_scatter: bool,
 }
 
@@ -304,7 +304,7 @@ fn judged(set: ScoreSet, case: &Case, oracle: Option<Separation>) -> Outcome {
     out
 }
 
-/// The case that a set asks for.
+/// The case of a set.
 pub fn wanted(set: &ScoreSet) -> Wanted {
     let ScoreSet { simulator, practice, hide, size, level, runs, seed, .. } = *set;
     let exact_form = seed.is_multiple_of(2);

@@ -125,7 +125,7 @@ pub fn table(all: &[Outcome]) -> String {
     let best = quantile(by_oracle(0.6745), 0.5) * 100.0;
     let _ = writeln!(
         out,
-        "| the same of the oracle, who knows the finger, median, % | {} sets | {best:.3} | | | |",
+        "| the same of the oracle, which is given the finger, median, % | {} sets | {best:.3} | | | |",
         ten.len()
     );
     let covered = of(&|o| single(o) && exact(o) && o.covered.is_some());
@@ -213,7 +213,7 @@ fn parts(all: &[Outcome]) -> String {
     out
 }
 
-/// What a set is told by: its seed, and what was hidden how and in how many runs.
+/// What identifies a set: its seed, and what was hidden how and in how many runs.
 fn named(set: &ScoreSet) -> String {
     let ScoreSet { seed, simulator, practice, size, level, runs, .. } = set;
     format!("{seed} {simulator:?} {practice:?} {:.0} % level {level} runs {runs}", 100.0 * size)
@@ -249,7 +249,7 @@ fn misses(all: &[Outcome]) -> String {
 mod tests {
     use super::wilson;
 
-    /// The interval's ends solve (p − share)² = z² p (1 − p) / n, as Wilson (1927) asks.
+    /// The interval's ends solve (p − share)² = z² p (1 − p) / n, after Wilson (1927).
     #[test]
     fn wilsons_interval_solves_its_equation() {
         for (hits, of) in [(3, 20), (17, 20), (1, 500), (250, 500)] {

@@ -107,7 +107,7 @@ pub fn make(wanted: Wanted) -> Case {
     let Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form } = wanted;
     let mut random = Random::new(seed);
     let finger = simulator.finger(&mut random);
-    let noise = Noise::random(&mut random);
+    let noise = protocol.noise(Noise::random(&mut random));
     let turned = |mut plans: Vec<Plan>, calibration| {
         protocol.turn(&mut plans, calibration);
         plans
@@ -332,7 +332,7 @@ fn written(
         .enumerate()
         .map(|(i, stroke)| {
             let scatter = noise.run(random);
-            let readings = readings(stroke, &scatter);
+            let readings = readings(&noise.trembling(stroke, random), &scatter);
             let hydration = stroke.plan.hydration_au + noise.hydration_au * random.normal();
             let rows: Vec<RawRow> = stroke
                 .rows

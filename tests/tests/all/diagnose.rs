@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use fingerpad::Effects;
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model,

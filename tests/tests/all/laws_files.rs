@@ -1,8 +1,10 @@
 //! Files of laws: the ten of `docs/laws-of-your-own.md`, each parsed, tried and run by the core as a table, and files that are
 //! refused.
 
+use fingerpad::build::{EffectSlot, Params};
 use fingerpad::effects::{Change, Conditions, tables};
-use fingerpad::{Contact, EffectSlot, Effects, Error, ModelFile, Motion, Params, SPRINGS, Status, Surroundings};
+use fingerpad::host::ModelFile;
+use fingerpad::{Contact, Effects, Error, Motion, SPRINGS, Status, Surroundings};
 use fingerpad_diagnose::laws::own_law::OwnLaw;
 use fingerpad_diagnose::laws::tabulation::tabulate;
 use fingerpad_diagnose::{LawsFile, OwnColumn};
@@ -99,10 +101,10 @@ fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     let slot = table.append(own, &mut section);
     let data = Params::example().try_build().unwrap();
     let columns: Vec<_> = columns.iter().map(|c| c.in_model_file().unwrap()).collect();
-    let tables = fingerpad::Tables { numbers: &section, columns: &columns };
-    let mut bytes = vec![0; fingerpad::Data::file_length_with_tables(&[slot], tables, "{}")];
+    let tables = fingerpad::build::Tables { numbers: &section, columns: &columns };
+    let mut bytes = vec![0; fingerpad::build::Data::file_length_with_tables(&[slot], tables, "{}")];
     data.write_file_with_tables(&[slot], tables, "{}", &mut bytes).unwrap();
-    let plain = fingerpad::Data::file_length(&[], "{}");
+    let plain = fingerpad::build::Data::file_length(&[], "{}");
     let of_columns = size_of_val(&columns[..]);
     assert!(
         bytes.len() <= plain + summary.bytes + of_columns + 4 * 3 + 2 * 12 + 8,

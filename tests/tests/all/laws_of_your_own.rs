@@ -149,7 +149,7 @@ fn the_corrected_file_runs_the_law_as_a_table() {
         table.largest_error <= 2e-3 * table.largest_change && (table.ranges[0][1] - 200.0).abs() < 1e-3,
         "{table:?}"
     );
-    let file = fingerpad::ModelFile::new(&made.bytes).unwrap();
+    let file = fingerpad::host::ModelFile::new(&made.bytes).unwrap();
     let file = file.file();
     let [column] = file.columns else { panic!("{:?}", file.columns) };
     assert_eq!((column.name(), column.unit(), column.low, column.high), ("voltage_v", "V", 0.0, 200.0));

@@ -7,6 +7,7 @@ mod cases;
 mod diagnose;
 mod experiments;
 mod false_alarms;
+mod fast_against_finite_elements;
 mod fe_sets;
 mod laws_files;
 mod laws_of_your_own;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fingerpad::PadModelFile;
+use fingerpad::host::PadModelFile;
 use fingerpad::pad::{Cylinder, Edge, Plane, Sphere};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;

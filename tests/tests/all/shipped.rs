@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fingerpad::ModelFile;
+use fingerpad::host::ModelFile;
 use fingerpad_reduce::{Coverage, DesignSettings, Meta, Run, Scores, design, pressure_centre, replay, score};
 
 fn data(below: &str) -> PathBuf {

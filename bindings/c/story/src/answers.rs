@@ -2,9 +2,10 @@
 
 use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, Gradient, Model, ModelFile, Motion, Normal, PadModelFile, Response, SPRINGS,
-    SpinState, State, StateOf, Surroundings, Tangential, Tuning, state_bytes,
+    Contact, Drive, Driven, Error, File, Gradient, Model, Motion, Normal, Response, SPRINGS, SpinState, State, StateOf,
+    Surroundings, Tangential, Tuning, state_bytes,
 };
 
 use crate::pad::PadTeller;

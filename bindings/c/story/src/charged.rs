@@ -1,8 +1,10 @@
 //! A model file with tables over a column of the user's own beside its effects: strength over a voltage, and a reading over
 //! voltage and temperature.
 
+use fingerpad::Error;
+use fingerpad::build::{Data, EffectSlot, TableColumn, Tables};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
-use fingerpad::{Data, EffectSlot, Error, ModelFile, TableColumn, Tables};
+use fingerpad::host::ModelFile;
 
 /// Number of the temperature among the drivers of tables.
 const TEMPERATURE: usize = 11;

@@ -15,7 +15,7 @@ mod requests;
 use std::fs;
 use std::path::Path;
 
-use fingerpad::{ModelFile, PadModelFile};
+use fingerpad::host::{ModelFile, PadModelFile};
 
 use answers::Teller;
 

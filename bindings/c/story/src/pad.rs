@@ -1,7 +1,8 @@
 //! What the core answers of a pad, and a pad of more patches.
 
+use fingerpad::host::PadModelFile;
 use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Patch, Sphere, pad_state_bytes};
-use fingerpad::{Error, Motion, PadModelFile, Tuning};
+use fingerpad::{Error, Motion, Tuning};
 
 use crate::answers::{RANGE, forces};
 use crate::requests::words;

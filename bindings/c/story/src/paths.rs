@@ -1,7 +1,7 @@
 //! The paths: a clean one (press, slide, hold, lift) and a disturbed one (noise, vibration, reversals, changing strength, spin,
 //! nonsense), with every request on the way; then the same of a pad on every kind of body, in every pose.
 
-use fingerpad::PadModelFile;
+use fingerpad::host::PadModelFile;
 
 use crate::requests::Request;
 

@@ -5,7 +5,8 @@
 //! 0.005 mm is divided into equal parts, as the unit does.
 
 use fingerpad::effects::Effects;
-use fingerpad::{Contact, ModelFile, Motion, SPRINGS, SpinState, Status, Surroundings};
+use fingerpad::host::ModelFile;
+use fingerpad::{Contact, Motion, SPRINGS, SpinState, Status, Surroundings};
 
 use crate::answers::reference;
 use crate::requests::{Request, words};

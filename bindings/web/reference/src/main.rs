@@ -18,8 +18,9 @@ use fingerpad::effects::hydration_bell::HydrationBell;
 use fingerpad::effects::speed_log::SpeedLog;
 use fingerpad::effects::temperature::Temperature;
 use fingerpad::effects::{Change, Conditions, Effect, VALUES};
+use fingerpad::host::PadModelFile;
 use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Sphere};
-use fingerpad::{Motion, PadModelFile, Response, Status};
+use fingerpad::{Motion, Response, Status};
 
 /// Patches of the pads that are stepped here.
 const PATCHES: usize = 64;

@@ -54,7 +54,7 @@ pub fn words(error: Error) -> [u32; 5] {
     let field = |what: Field| what as u32;
     match error {
         Error::Magic => [1, 0, 0, 0, 0],
-        Error::Version { found } => [2, found, fingerpad::VERSION, 0, 0],
+        Error::Version { found } => [2, found, fingerpad::build::VERSION, 0, 0],
         Error::Length { expected, found } => [3, expected, found, 0, 0],
         Error::Checksum => [4, 0, 0, 0, 0],
         Error::Alignment => [5, 0, 0, 0, 0],

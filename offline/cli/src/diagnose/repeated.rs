@@ -55,13 +55,13 @@ fn rate_of(rate: &Rate, things: &str) -> String {
     format!("{} of {}{things} ({low} to {high} %)", rate.count, rate.sets)
 }
 
-/// The size of which the sentence speaks.
-const TOLD: f64 = 0.1;
+/// Size of the effect in the sentence.
+const SIZE: f64 = 0.1;
 
 /// The power in sentences: that of the named laws at a size of 10 %, or of all laws; then false alarms.
 pub fn power_sentence(found: &Power, report: &Diagnosis) -> String {
     let of_size = |list: &[PowerCell], law: &str| {
-        let nearest = |c: &&PowerCell| (c.size_p90_relative / TOLD).ln().abs();
+        let nearest = |c: &&PowerCell| (c.size_p90_relative / SIZE).ln().abs();
         let cells = list.iter().filter(|c| c.law == law && c.named.sets > 0);
         cells.min_by(|a, b| nearest(a).total_cmp(&nearest(b))).cloned()
     };
@@ -252,8 +252,8 @@ mod tests {
         assert!(stability_sentence(&found).contains("same whichever of 9"));
         assert!(!stability_picture(&found).contains("#c0392b"));
         found.groups.push(left_out(Verdict::None, &[], 20.0));
-        let told = stability_sentence(&found);
-        assert!(told.contains("9 of 10") && told.contains("it is none."), "{told}");
+        let sentence = stability_sentence(&found);
+        assert!(sentence.contains("9 of 10") && sentence.contains("it is none."), "{sentence}");
         let picture = stability_picture(&found);
         assert!(picture.contains("#c0392b") && picture.contains("a&lt;b") && picture.matches("<rect").count() == 10);
     }

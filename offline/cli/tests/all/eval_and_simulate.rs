@@ -5,7 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{refused, run, write};
-use fingerpad::{Data, EffectSlot, ModelFile, PadModelFile, pad};
+use fingerpad::build::{Data, EffectSlot};
+use fingerpad::host::{ModelFile, PadModelFile};
+use fingerpad::pad;
 use fingerpad_fe::load_path::{self, Drive, Turn};
 use fingerpad_reduce::{Kind, Run, Sample, replay};
 

@@ -74,6 +74,25 @@ fn prepare(at: &Path) {
         let text = fs::read_to_string(at.join(file)).unwrap();
         fs::write(at.join(renamed), text.replacen("run_id", "Trial", 1)).unwrap();
     }
+    // Runs to be appended, and files of a sensor that is mounted upside down.
+    let text = fs::read_to_string(at.join("h.csv")).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let rows: String = rows.lines().map(|row| format!("next-{row}\n")).collect();
+    fs::write(at.join("n.csv"), format!("{head}\n{rows}")).unwrap();
+    for (file, turned) in [("c.csv", "c1.csv"), ("m.csv", "m1.csv")] {
+        let text = fs::read_to_string(at.join(file)).unwrap();
+        let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let names = [("normal_force_n", "Fz", true), ("friction_x_n", "Fx", false), ("friction_y_n", "Fy", true)];
+        let lines = text.lines().enumerate().map(|(line, row)| {
+            let cells = row.split(',').zip(&head).map(|(cell, column)| match names.iter().find(|n| n.0 == *column) {
+                Some((_, name, _)) if line == 0 => (*name).to_owned(),
+                Some((.., true)) => (-cell.parse::<f64>().unwrap()).to_string(),
+                _ => cell.to_owned(),
+            });
+            cells.collect::<Vec<_>>().join(",") + "\n"
+        });
+        fs::write(at.join(turned), lines.collect::<String>()).unwrap();
+    }
     let wear = "[[law]]\nname = \"wear\"\nacts_on = \"strength\"\nformula = \"-loss * path_mm / 50\"\n\
                 parameter = [{ name = \"loss\", unit = \"\", range = [0, 0.5], typical = 0.05 }]\n";
     fs::write(at.join("laws.toml"), wear).unwrap();

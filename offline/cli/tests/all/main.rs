@@ -6,6 +6,7 @@ mod commands;
 mod common;
 mod confirm_fe;
 mod design;
+mod diagnosed_logs;
 mod eval_and_simulate;
 mod first_hour;
 mod geometry_commands;

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use crate::common::charged::charged;
 use crate::common::{refused, run, write};
-use fingerpad::{Contact, Effects, ModelFile, Motion, Response, SPRINGS, Surroundings};
+use fingerpad::host::ModelFile;
+use fingerpad::{Contact, Effects, Motion, Response, SPRINGS, Surroundings};
 
 /// Rows of a path: time, depth, slide along x, voltage. Each step is shorter than the 0.02 mm that are made at once, but for the
 /// last, which is 0.1 mm in six.

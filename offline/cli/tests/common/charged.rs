@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use fingerpad::build::{Data, EffectSlot, TableColumn, Tables};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
-use fingerpad::{Data, EffectSlot, ModelFile, TableColumn, Tables};
+use fingerpad::host::ModelFile;
 
 /// Writes the shipped model with a strength that grows with a voltage, 0 to 200 V, 20 V in the calibration.
 pub fn charged(path: &Path) {

@@ -4,6 +4,7 @@
 
 use fingerpad_formats::unit::{Unit, find, units_of};
 
+use crate::data::rotation::Rotation;
 use crate::laws::run_columns::RUN_COLUMNS;
 use crate::laws::{Column, OwnColumn};
 
@@ -12,6 +13,7 @@ use crate::laws::{Column, OwnColumn};
 pub struct ColumnMap {
     entries: Vec<Entry>,
     own: Vec<OwnColumn>,
+    rotation: Option<Rotation>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -37,16 +39,18 @@ fn column_of(key: &str) -> Result<&'static str, String> {
 impl ColumnMap {
     /// From texts like `normal=-Fz,x=Fx,t=Timestamp` and `depth=um,normal=mN`; a minus sign turns a column round.
     ///
-    /// Errors: a sentence that names the pair that cannot be used.
+    /// # Errors
+    /// A sentence that names the pair that cannot be used.
     pub fn parse(map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
         Self::parse_with(Vec::new(), map, units)
     }
 
     /// The same for files that have columns of the user's own.
     ///
-    /// Errors: those of [`ColumnMap::parse`].
+    /// # Errors
+    /// Those of [`ColumnMap::parse`].
     pub fn parse_with(own: Vec<OwnColumn>, map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
-        let mut out = Self { entries: Vec::new(), own };
+        let mut out = Self { entries: Vec::new(), own, rotation: None };
         for (flag, text) in [("--map", map), ("--unit", units)] {
             for pair in text.unwrap_or("").split(',').filter(|p| !p.trim().is_empty()) {
                 let (key, value) = pair.split_once('=').ok_or_else(|| format!("{flag}: `{pair}` is not KEY=VALUE"))?;
@@ -67,6 +71,16 @@ impl ColumnMap {
             }
         }
         Ok(out)
+    }
+
+    /// The same for forces that were logged in the frame of a sensor; signs and units of the columns come first, then the rotation.
+    pub fn turned_by(self, rotation: Option<Rotation>) -> Self {
+        Self { rotation, ..self }
+    }
+
+    /// The rotation from the frame of the sensor.
+    pub fn rotation(&self) -> Option<&Rotation> {
+        self.rotation.as_ref()
     }
 
     /// Our name of a column, from that or its short name.

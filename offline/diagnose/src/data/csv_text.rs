@@ -34,7 +34,8 @@ impl<'a> CsvRows<'a> {
     ///
     /// * `source`: the file's bytes
     ///
-    /// Errors: [`Error`] with file and line.
+    /// # Errors
+    /// [`Error`] with file and line.
     pub fn open(path: &'a Path, mut source: impl Read + 'a) -> Result<Self, Error> {
         let failed = |source| Error::File { path: path.to_path_buf(), source };
         let mut magic = Vec::new();
@@ -142,7 +143,8 @@ impl<'a> CsvRows<'a> {
 
     /// The number in a cell of the present row, in the program's unit and sign.
     ///
-    /// Errors: [`Error::Value`] for text and for what is not finite.
+    /// # Errors
+    /// [`Error::Value`] for text and for what is not finite.
     pub fn number(&mut self, map: &ColumnMap, column: &str, place: usize) -> Result<f64, Error> {
         let line = self.line();
         let plain = match self.decimals.plain(line, &self.record[place]) {

@@ -12,6 +12,7 @@ pub mod csv_text;
 pub mod lag;
 pub mod outliers;
 pub mod own_columns;
+pub mod rotation;
 pub mod runs;
 pub mod runs_csv;
 pub mod suspicions;

@@ -58,7 +58,7 @@ pub fn spikes(set: &RunSet, residual_n: &[f64], sigma_n: &[f64]) -> Flags {
 /// Rows on either side among which a reading must have another one of its channel.
 const NEAR: usize = 2;
 
-/// Flags the readings without another one near them: of a logger that makes spikes, none of these can be told from one.
+/// Flags the readings without another one near them: of a logger that makes spikes, none of these can be distinguished from one.
 fn flag_alone(set: &RunSet, flags: &mut Flags) {
     for (run, flags) in set.runs.iter().zip(flags) {
         let rows = run.rows.len();

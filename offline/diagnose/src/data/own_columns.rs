@@ -10,7 +10,8 @@ use crate::laws::{Column, LawsFile};
 
 /// Refuses a set that lacks a column which a law of the file reads.
 ///
-/// Errors: [`DiagnoseError::Unusable`] with the column, the law and its file.
+/// # Errors
+/// [`DiagnoseError::Unusable`] with the column, the law and its file.
 pub fn require(set: &RunSet, laws: &LawsFile) -> Result<(), DiagnoseError> {
     for law in &laws.laws {
         for driver in law.drivers.iter().filter(|d| matches!(d.column, Column::Own { .. })) {

@@ -48,7 +48,7 @@ pub struct RawRow {
 }
 
 impl RawRow {
-    /// A row of the motion and the readings alone: what else a file may tell is missing.
+    /// A row of the motion and the readings alone: all other columns are missing.
     pub fn bare(line: usize, t_s: f64, depth_mm: f64, slide_mm: [f64; 2], force_n: [f64; 3]) -> Self {
         Self {
             line,
@@ -365,7 +365,8 @@ impl RunSet {
 impl RunSet {
     /// A set from rows in memory.
     ///
-    /// Errors: those of [`run_of`].
+    /// # Errors
+    /// Those of [`run_of`].
     pub fn from_rows(path: PathBuf, rows: Vec<(Labels, Vec<RawRow>)>) -> Result<Self, DiagnoseError> {
         let rows_read = rows.iter().map(|r| r.1.len()).sum();
         let runs_read = rows.len();

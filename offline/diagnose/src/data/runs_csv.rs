@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use sha2::{Digest, Sha256};
@@ -43,7 +43,7 @@ pub enum ReadError {
     /// The rows make no run.
     #[error(transparent)]
     Run(#[from] DiagnoseError),
-    /// The reader was told to stop.
+    /// The caller stopped the reader.
     #[error("interrupted")]
     Interrupted,
 }
@@ -51,75 +51,150 @@ pub enum ReadError {
 /// Reads a file of measured runs, plain or compressed by gzip. `progress` gets the share of bytes read and says whether to
 /// go on.
 ///
-/// Errors: [`ReadError`] with file, line and column.
+/// # Errors
+/// [`ReadError`] with file, line and column.
 pub fn read(path: &Path, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet, ReadError> {
     read_mapped(path, &ColumnMap::default(), progress)
 }
 
 /// The same from a file whose columns have other names and units.
 ///
-/// Errors: [`ReadError`] with file, line and column.
+/// # Errors
+/// [`ReadError`] with file, line and column.
 pub fn read_mapped(path: &Path, map: &ColumnMap, progress: &mut dyn FnMut(f64) -> bool) -> Result<RunSet, ReadError> {
-    let failed = |source| Error::File { path: path.to_path_buf(), source };
-    let file = File::open(path).map_err(failed)?;
-    let length = file.metadata().map_or(0, |m| m.len()).max(1);
-    let bytes = Rc::new(Cell::new(0));
-    let mut source = HashingReader { inner: BufReader::new(file), hash: Sha256::new(), bytes: Rc::clone(&bytes) };
-    let mut set = read_text(path, map, &mut source, &mut || progress(bytes.get() as f64 / length as f64))?;
-    std::io::copy(&mut source, &mut std::io::sink()).map_err(failed)?;
-    set.sha256 = source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
-    Ok(set)
+    Ok(read_union(&[SessionFile::first(path)], map, progress)?.0)
 }
 
-/// Reads the runs of a file's bytes; `go_on` is asked now and then.
-fn read_text(
-    path: &Path,
+/// A file of a session, whose runs join those of the files before it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Time of its first row on the clock of the session, s; `None` where its clock is that of the session.
+    pub start_s: Option<f64>,
+}
+
+impl SessionFile {
+    /// The file with which a session starts.
+    pub fn first(path: &Path) -> Self {
+        Self { path: path.to_path_buf(), start_s: None }
+    }
+}
+
+/// What was read of one of several files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilePart {
+    /// The file.
+    pub path: PathBuf,
+    /// Rows in it.
+    pub rows_read: usize,
+    /// Runs in it.
+    pub runs_read: usize,
+    /// Its SHA-256.
+    pub sha256: String,
+}
+
+/// The runs of several files as one set: that of one file with the rows of all of them, in this order.
+///
+/// # Errors
+/// [`ReadError`] with file, line and column; also for a `run_id` that two files have, and for files whose clocks overlap.
+pub fn read_union(
+    files: &[SessionFile],
     map: &ColumnMap,
-    source: impl Read,
-    go_on: &mut dyn FnMut() -> bool,
-) -> Result<RunSet, ReadError> {
-    let mut rows = CsvRows::open(path, source)?;
-    let mut columns = ColumnPlaces::of(path, map, &rows)?;
-    let numbers = columns.numbers();
-    let numbers: Vec<(&str, usize)> = numbers.iter().map(|(name, place)| (name.as_str(), *place)).collect();
-    let mut assembler = RunAssembler::new(path);
-    let mut rows_read = 0usize;
-    while let Some(line) = rows.next(map, &numbers)? {
-        rows_read += 1;
-        if rows_read.is_multiple_of(8192) && !go_on() {
-            return Err(ReadError::Interrupted);
-        }
-        let (labels, row) = columns.row(line, &mut rows)?;
-        assembler.push(labels, row)?;
+    progress: &mut dyn FnMut(f64) -> bool,
+) -> Result<(RunSet, Vec<FilePart>), ReadError> {
+    let mut assembler = RunAssembler::new();
+    let (mut notes, mut cautions, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, file) in files.iter().enumerate() {
+        let path = &file.path;
+        let failed = |source| Error::File { path: path.clone(), source };
+        let opened = File::open(path).map_err(failed)?;
+        let length = opened.metadata().map_or(0, |m| m.len()).max(1);
+        let bytes = Rc::new(Cell::new(0));
+        let mut source = HashingReader { inner: BufReader::new(opened), hash: Sha256::new(), bytes: Rc::clone(&bytes) };
+        let before = assembler.index;
+        let mut go_on = || progress((number as f64 + bytes.get() as f64 / length as f64) / files.len() as f64);
+        let read = read_text(file, map, &mut source, &mut assembler, &mut go_on)?;
+        std::io::copy(&mut source, &mut std::io::sink()).map_err(failed)?;
+        parts.push(FilePart {
+            path: path.clone(),
+            rows_read: read.rows,
+            runs_read: assembler.index - before,
+            sha256: source.hash.finalize().iter().map(|b| format!("{b:02x}")).collect(),
+        });
+        notes.extend(read.notes.into_iter().filter(|note| !notes.contains(note)).collect::<Vec<_>>());
+        cautions.extend(read.cautions);
     }
-    assembler.finish()?;
-    if assembler.runs.is_empty() {
-        return Err(Error::TooFewRows { path: path.to_path_buf(), line: 1, found: 0, needed: 1 }.into());
-    }
-    let told = |kind: &str| {
-        let kind = kind.to_owned();
-        move |text| Caution { kind: kind.clone(), role: String::new(), column: String::new(), text }
-    };
-    let mut cautions: Vec<Caution> =
-        rows.notes().into_iter().map(|n| format!("{}: {n}.", path.display())).map(told("reading")).collect();
-    cautions.append(&mut columns.cautions);
-    cautions.extend(assembler.told().into_iter().map(told("thinned")));
-    let mut notes = columns.notes;
+    let names: Vec<String> = files.iter().map(|file| file.path.display().to_string()).collect();
+    let path = PathBuf::from(names.join(" + "));
+    cautions.extend(assembler.report(&path).into_iter().map(|text| caution("thinned", text)));
     notes.extend(map.told());
     notes.extend(note(assembler.equal_stamps));
     let mut set = RunSet {
-        path: path.to_path_buf(),
+        path,
         runs: assembler.runs.into_iter().map(|r| r.1).collect(),
         left_out: assembler.left_out,
         recorded: assembler.recorded.unwrap_or_default(),
         notes,
         cautions,
-        rows_read,
+        rows_read: parts.iter().map(|part| part.rows_read).sum(),
         runs_read: assembler.index,
-        sha256: String::new(),
+        sha256: parts[0].sha256.clone(),
     };
     set.recognise(&map.own_columns());
-    Ok(set)
+    if let Some(rotation) = map.rotation() {
+        rotation.turn(&mut set, ["normal_force_n", "friction_x_n", "friction_y_n"].map(|column| map.name(column)))?;
+    }
+    Ok((set, parts))
+}
+
+/// What one file says beside its runs.
+struct FileRead {
+    rows: usize,
+    notes: Vec<String>,
+    cautions: Vec<Caution>,
+}
+
+fn caution(kind: &str, text: String) -> Caution {
+    Caution { kind: kind.to_owned(), role: String::new(), column: String::new(), text }
+}
+
+/// Reads the runs of a file's bytes into the assembler; `go_on` is called now and then.
+fn read_text(
+    file: &SessionFile,
+    map: &ColumnMap,
+    source: impl Read,
+    assembler: &mut RunAssembler,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<FileRead, ReadError> {
+    let path = &file.path;
+    let mut rows = CsvRows::open(path, source)?;
+    let mut columns = ColumnPlaces::of(path, map, &rows)?;
+    let numbers = columns.numbers();
+    let numbers: Vec<(&str, usize)> = numbers.iter().map(|(name, place)| (name.as_str(), *place)).collect();
+    assembler.start_file(path);
+    let mut rows_read = 0usize;
+    let mut shift_s = 0.0;
+    while let Some(line) = rows.next(map, &numbers)? {
+        rows_read += 1;
+        if rows_read.is_multiple_of(8192) && !go_on() {
+            return Err(ReadError::Interrupted);
+        }
+        let (labels, mut row) = columns.row(line, &mut rows)?;
+        if rows_read == 1 {
+            shift_s = file.start_s.map_or(0.0, |start_s| start_s - row.t_s);
+        }
+        row.t_s += shift_s;
+        assembler.push(labels, row)?;
+    }
+    assembler.finish_file()?;
+    if rows_read == 0 {
+        return Err(Error::TooFewRows { path: path.clone(), line: 1, found: 0, needed: 1 }.into());
+    }
+    let mut cautions: Vec<Caution> =
+        rows.notes().into_iter().map(|n| caution("reading", format!("{}: {n}.", path.display()))).collect();
+    cautions.append(&mut columns.cautions);
+    Ok(FileRead { rows: rows_read, notes: columns.notes, cautions })
 }
 
 /// A reader that hashes and counts the bytes that pass.
@@ -258,8 +333,13 @@ impl ColumnPlaces {
 const LABELS: usize = 8;
 
 /// Turns rows into runs.
-struct RunAssembler<'a> {
-    path: &'a Path,
+struct RunAssembler {
+    /// The present file, and the time span of those before it.
+    path: PathBuf,
+    span_s: Option<[f64; 2]>,
+    earlier_s: Vec<(PathBuf, [f64; 2])>,
+    /// Names of the runs in the files before the present one.
+    earlier_runs: HashSet<String>,
     labels: Labels,
     rows: Vec<RawRow>,
     content: ContentOf,
@@ -282,10 +362,13 @@ struct RunAssembler<'a> {
     recorded: Option<Vec<Column>>,
 }
 
-impl<'a> RunAssembler<'a> {
-    fn new(path: &'a Path) -> Self {
+impl RunAssembler {
+    fn new() -> Self {
         Self {
-            path,
+            path: PathBuf::new(),
+            span_s: None,
+            earlier_s: Vec::new(),
+            earlier_runs: HashSet::new(),
             labels: Labels::default(),
             rows: Vec::new(),
             content: ContentOf::default(),
@@ -307,12 +390,56 @@ impl<'a> RunAssembler<'a> {
         }
     }
 
+    fn start_file(&mut self, path: &Path) {
+        self.path = path.to_path_buf();
+        self.span_s = None;
+        self.earlier_runs.extend(self.seen.drain());
+    }
+
+    /// Ends the present file.
+    ///
+    /// # Errors
+    /// [`ReadError::Run`] where its clock overlaps that of an earlier file: laws of the clock would compare wrong times.
+    fn finish_file(&mut self) -> Result<(), ReadError> {
+        self.finish()?;
+        let Some(span_s) = self.span_s else { return Ok(()) };
+        let overlapping = self.earlier_s.iter().find(|(_, other)| span_s[0] <= other[1] && other[0] <= span_s[1]);
+        if let Some((other, other_s)) = overlapping {
+            let [from, to, other_from, other_to] =
+                [span_s[0], span_s[1], other_s[0], other_s[1]].map(|t| significant(t, CLOCK_DIGITS));
+            return Err(DiagnoseError::Unusable {
+                path: self.path.clone(),
+                problem: format!(
+                    "column t_s: {from} to {to} s overlaps {other_from} to {other_to} s of {}, and both are to be on one clock; where \
+                     the clock was started again, give the time of the file's first row on the clock of the session with \
+                     --append-start-s",
+                    other.display()
+                ),
+            }
+            .into());
+        }
+        self.earlier_s.push((self.path.clone(), span_s));
+        Ok(())
+    }
+
     fn push(&mut self, labels: Labels, row: RawRow) -> Result<(), ReadError> {
+        let [from, to] = self.span_s.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+        self.span_s = Some([from.min(row.t_s), to.max(row.t_s)]);
         if self.rows.is_empty() || labels.run != self.labels.run {
             self.finish()?;
+            if self.earlier_runs.contains(&labels.run) {
+                return Err(Error::Value {
+                    path: self.path.clone(),
+                    line: row.line,
+                    column: "run_id".into(),
+                    value: labels.run,
+                    problem: "is the name of a run in an earlier file too; give the appended run another name".into(),
+                }
+                .into());
+            }
             if !self.seen.insert(labels.run.clone()) {
                 return Err(Error::Value {
-                    path: self.path.to_path_buf(),
+                    path: self.path.clone(),
                     line: row.line,
                     column: "run_id".into(),
                     value: labels.run,
@@ -366,7 +493,7 @@ impl<'a> RunAssembler<'a> {
             Some(all) => all.into_iter().filter(|c| here.contains(c)).collect(),
         });
         self.index += 1;
-        let mut run = run_of(self.path, std::mem::take(&mut self.labels), &rows)?;
+        let mut run = run_of(&self.path, std::mem::take(&mut self.labels), &rows)?;
         run.content = content;
         if !self.contents.insert(run.content.whole) {
             self.copies += 1;
@@ -395,9 +522,9 @@ impl<'a> RunAssembler<'a> {
         Ok(())
     }
 
-    /// What was left out of the file, one sentence each.
-    fn told(&self) -> Vec<String> {
-        let file = self.path.display();
+    /// What was left out, one sentence each.
+    fn report(&self, path: &Path) -> Vec<String> {
+        let file = path.display();
         let mut out = Vec::new();
         if self.copies > 0 {
             out.push(format!(
@@ -487,7 +614,7 @@ mod tests {
         assert!(set.cautions.iter().any(|c| c.kind == "thinned" && c.text.contains(&told)), "{:?}", set.cautions);
     }
 
-    /// A plate that goes to and fro 20 times in 30 000 rows: all turns stay, and the way between them.
+    /// A plate that goes back and forth 20 times in 30 000 rows: all turns stay, and the way between them.
     #[test]
     fn a_long_run_keeps_its_turns_and_touches() {
         let mut text = HEADER.to_owned();

@@ -1,7 +1,7 @@
 //! Units and signs that the readings themselves call into doubt, each with the factor and the option that would correct it.
 //!
 //! A file that contradicts itself (two clocks, two speeds) is refused; values that no finger has are warned of. Every rule
-//! asks for values that lie outside of what experiments on fingers have, so that correct files raise none.
+//! looks for values that lie outside of the ranges that experiments on fingers have, so that correct files raise none.
 //!
 //! Main functions: [`suspicions`] (of measured runs), [`of_trace`] (of forces alone).
 
@@ -76,7 +76,8 @@ fn caution(set: &RunSet, column: &str, text: &str) -> Caution {
 
 /// What the readings of a set call into doubt; the role is left to the caller.
 ///
-/// Errors: [`DiagnoseError::Unusable`] for columns that contradict each other.
+/// # Errors
+/// [`DiagnoseError::Unusable`] for columns that contradict each other.
 pub fn suspicions(set: &RunSet) -> Result<Vec<Caution>, DiagnoseError> {
     let clock_is_checked = clocks(set)?;
     speeds(set)?;

@@ -190,7 +190,7 @@ mod tests {
     use super::*;
     use crate::data::runs::{Labels, RawRow, run_of};
 
-    /// A press to 1 mm, a slide to and fro with `turns` turns, a lift.
+    /// A press to 1 mm, a slide back and forth with `turns` turns, a lift.
     fn stroke(rows: usize, turns: usize) -> Vec<Sample> {
         (0..rows)
             .map(|i| {

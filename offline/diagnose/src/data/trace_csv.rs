@@ -10,6 +10,7 @@ use fingerpad_formats::{Error, significant};
 
 use crate::data::column_map::ColumnMap;
 use crate::data::csv_text::{CsvRows, missing_column};
+use crate::data::rotation::Rotation;
 
 /// One row of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +35,8 @@ pub struct Trace {
 
 /// Reads a trace, plain or compressed by gzip.
 ///
-/// Errors: [`Error`] with file, line and column.
+/// # Errors
+/// [`Error`] with file, line and column.
 pub fn read(path: &Path, map: &ColumnMap) -> Result<Trace, Error> {
     let problem = |line: usize, column: &str, value: f64, problem: &str| Error::Value {
         path: path.to_path_buf(),
@@ -63,22 +65,26 @@ pub fn read(path: &Path, map: &ColumnMap) -> Result<Trace, Error> {
             return Err(problem(line, &names[0], v[0], "is before the row above: time must not fall"));
         }
         lines.push(line);
-        rows.push(TraceRow { t_s: v[0], force_n: [v[1], v[2], v[3]] });
+        let force_n = [v[1], v[2], v[3]];
+        let force_n = map.rotation().map_or(force_n, |rotation| rotation.apply(force_n));
+        rows.push(TraceRow { t_s: v[0], force_n });
     }
     if rows.len() < 3 {
         return Err(Error::TooFewRows { path: path.to_path_buf(), line: rows.len() + 1, found: rows.len(), needed: 3 });
     }
+    let normal = if map.rotation().is_some() { format!("{} (after the rotation)", names[1]) } else { names[1].clone() };
     if let Some((line, value)) = falls(&rows, &lines) {
         let hint = "is below the rows with which the trace begins, and friction grows as the normal force falls: it is to be \
                     positive where the finger presses; turn it round with --map normal=-COLUMN";
-        return Err(problem(line, &names[1], value, hint));
+        return Err(problem(line, &normal, value, hint));
     }
     if let Some((line, value)) = pulls(&rows, &lines) {
         let hint = "is the largest normal force in size, and negative: it is to be positive where the finger presses; turn it \
                     round with --map normal=-COLUMN";
-        return Err(problem(line, &names[1], value, hint));
+        return Err(problem(line, &normal, value, hint));
     }
-    Ok(Trace { rows, notes: cells.notes() })
+    let notes = cells.notes().into_iter().chain(map.rotation().map(Rotation::note)).collect();
+    Ok(Trace { rows, notes })
 }
 
 /// Digits of values in a message.

@@ -1,6 +1,6 @@
 //! Turns of the plate that lie between two rows.
 //!
-//! A logger that reads at a constant rate knows nothing of the motion: the plate goes on after a row, turns, and is on its way back at the
+//! A logger that reads at a constant rate does not depend on the motion: the plate goes on after a row, turns, and is on its way back at the
 //! next one. Friction after the turn has more path behind it than the straight way between the rows shows. The plate's place before the turn
 //! and after it, each followed on at its own velocity, meet at the turn.
 //!
@@ -14,7 +14,7 @@ const STILL_MM: f64 = 1e-6;
 const MOST_STEPS: f64 = 4.0;
 /// Way between two rows, in usual steps, from which rows were lost between them.
 const LOST_ROWS: f64 = 1.5;
-/// Way lost at a turn, in usual steps, from which on the friction after it is another than the positions tell.
+/// Way lost at a turn, in usual steps, from which on the friction after it does not follow from the positions.
 const LOST_STEPS: f64 = 0.5;
 /// Median time between rows over its tenth percentile, up to which a clock makes the rows.
 const CLOCKED: f64 = 1.05;

@@ -2,10 +2,10 @@
 //!
 //! Main types: [`Driver`] (one that every file has or may have), [`OwnColumn`] (one that a file of laws declares).
 
-use fingerpad::TableColumn;
+use fingerpad::build::TableColumn;
 use fingerpad::effects::{Axis, Column, OWN, tables};
 
-/// A driver that the program knows.
+/// A driver of the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Driver {
     /// Name in formulas.
@@ -74,7 +74,8 @@ pub struct OwnColumn {
 impl OwnColumn {
     /// The column as a model file has it.
     ///
-    /// Errors: those of [`TableColumn::new`].
+    /// # Errors
+    /// Those of [`TableColumn::new`].
     pub fn in_model_file(&self) -> Result<TableColumn, fingerpad::Error> {
         TableColumn::new(&self.name, &self.unit, self.range.map(|v| v as f32), self.reference as f32)
     }

@@ -16,7 +16,7 @@ use super::run_columns::RUN_COLUMNS;
 use super::soundness::check_law;
 use super::units::{Unit, check_ending, check_formula};
 use crate::error::DiagnoseError;
-use fingerpad::TableColumn;
+use fingerpad::build::TableColumn;
 use fingerpad::effects::{Column, LAWS, Law, OWN, VALUES};
 
 /// Most laws of a file.
@@ -97,7 +97,8 @@ impl Reader<'_> {
 impl LawsFile {
     /// Reads and checks a file of laws.
     ///
-    /// Errors: [`DiagnoseError::Unusable`] with the line, and for a formula its character.
+    /// # Errors
+    /// [`DiagnoseError::Unusable`] with the line, and for a formula its character.
     pub fn read(path: &Path) -> Result<Self, DiagnoseError> {
         let refuse = |problem: String| DiagnoseError::Unusable { path: path.to_path_buf(), problem };
         let length = std::fs::metadata(path).map_err(|e| refuse(e.to_string()))?.len();
@@ -114,7 +115,8 @@ impl LawsFile {
 
     /// The same of a text; `path` names it in errors.
     ///
-    /// Errors: those of [`LawsFile::read`].
+    /// # Errors
+    /// Those of [`LawsFile::read`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, DiagnoseError> {
         let reader = Reader { path, text };
         let parsed: FileText = toml::from_str(text)
@@ -206,7 +208,7 @@ impl Reader<'_> {
             }
             if reference.is_some() || settle_s.is_some() {
                 return Err(refuse(
-                    "the program knows its reference and its price; only its range can be given".into(),
+                    "its reference and its price are part of the program; only its range can be given".into(),
                 ));
             }
             return Ok(());

@@ -118,7 +118,8 @@ pub struct Formula {
 impl Formula {
     /// Parses a text.
     ///
-    /// Errors: [`Problem`] at the character where the text is no formula any more.
+    /// # Errors
+    /// [`Problem`] at the character where the text is no formula any more.
     pub fn parse(text: &str) -> Result<Self, Problem> {
         if text.chars().count() > LONGEST {
             let text = format!("the formula is longer than {LONGEST} characters");
@@ -143,7 +144,8 @@ impl Formula {
 
     /// Its value where the variables have these values.
     ///
-    /// Errors: the first value that is not finite, with its place.
+    /// # Errors
+    /// The first value that is not finite, with its place.
     pub fn value(&self, variables: &[f64]) -> Result<f64, Problem> {
         self.part.value(variables)
     }

@@ -133,7 +133,7 @@ enum Variable {
 /// A law of the user's own.
 #[derive(Clone, Debug)]
 pub struct OwnLaw {
-    /// As the diagnosis knows it, kept for the life of the program.
+    /// The law as the diagnosis uses it, kept for the life of the program.
     pub law: &'static Law,
     /// What the formula gives.
     pub target: Target,
@@ -151,7 +151,8 @@ pub struct OwnLaw {
 impl OwnLaw {
     /// A law that is not yet described; `place` is its place in the file.
     ///
-    /// Errors: a variable that is nothing known, with its place.
+    /// # Errors
+    /// A variable that is nothing known, with its place.
     #[allow(clippy::too_many_arguments)]
     pub fn new(
         name: &str,
@@ -221,7 +222,8 @@ impl OwnLaw {
 
     /// The formula's value where its drivers have these values, in the order of [`OwnLaw::drivers`].
     ///
-    /// Errors: the first part that is not finite.
+    /// # Errors
+    /// The first part that is not finite.
     pub fn checked_value(&self, parameters: &[f64], drivers: &[f64]) -> Result<f64, Problem> {
         self.formula.value(&self.values(parameters, |k| drivers[k]))
     }
@@ -237,7 +239,7 @@ impl OwnLaw {
         self.target.act(self.formula.plain_value(&self.values(parameters, driver)), change);
     }
 
-    /// The law with all that the diagnosis asks of one.
+    /// The law with all the fields that the diagnosis needs.
     ///
     /// * `linear`: how many of the first parameters it is linear in
     pub fn described<'a>(

@@ -1,4 +1,4 @@
-//! The columns of measured runs that the program knows: their one list.
+//! The columns of measured runs that the program reads: their one list.
 
 /// Names of the columns, each with the short one of `--map`; the first eight must be there.
 pub const RUN_COLUMNS: [(&str, &str); 19] = [

@@ -17,7 +17,8 @@ const MOST_TRIALS: usize = 20_000;
 
 /// Checks a law; returns how many of its first parameters it is linear in.
 ///
-/// Errors: what is wrong, with the place in the formula.
+/// # Errors
+/// What is wrong, with the place in the formula.
 pub fn check_law(law: &OwnLaw) -> Result<usize, Problem> {
     if law.drivers.is_empty() {
         return Err(whole("it reads no driver: a constant is the model's own, not a law"));
@@ -161,7 +162,7 @@ impl<'a> Trials<'a> {
             let value = self.law.value(&self.typical, drivers);
             if !(value >= least && value <= most) {
                 return Err(whole(&format!(
-                    "at its typical size it is {value:.4} at {}; {} bears {least} to {most} ({})",
+                    "at its typical size it is {value:.4} at {}; {} allows {least} to {most} ({})",
                     self.place(drivers),
                     self.law.target.name(),
                     if self.law.target.unit() == super::units::Unit::default() {

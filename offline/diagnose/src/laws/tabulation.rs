@@ -2,7 +2,7 @@
 //!
 //! Main type: [`LawTable`]; main function: [`tabulate`].
 
-use fingerpad::EffectSlot;
+use fingerpad::build::EffectSlot;
 use fingerpad::effects::tables::{Axis, HEAD, MOST_NODES, MOST_VALUES, TABLE};
 
 use super::own_law::OwnLaw;
@@ -27,7 +27,7 @@ pub struct LawTable {
     pub largest_change: f64,
 }
 
-/// What is told of a table.
+/// The description of a table in the report.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TableTold {
     /// The law.
@@ -48,7 +48,8 @@ pub struct TableTold {
 
 /// Samples a law with parameters; `range_of` gives the range of the n-th driver.
 ///
-/// Errors: a sentence where the law has more drivers than a table has axes.
+/// # Errors
+/// A sentence where the law has more drivers than a table has axes.
 pub fn tabulate(law: &OwnLaw, parameters: &[f64], range_of: impl Fn(usize) -> [f64; 2]) -> Result<LawTable, String> {
     let ranges: Vec<[f64; 2]> = (0..law.drivers.len()).map(&range_of).collect();
     if ranges.len() > 2 {
@@ -125,7 +126,7 @@ impl LawTable {
         EffectSlot { kind: TABLE, reserved: 0, values }
     }
 
-    /// What is told of it.
+    /// Its description in the report.
     pub fn told(&self, law: &OwnLaw) -> TableTold {
         let axes = &self.axes[..law.drivers.len()];
         let end = |a: &Axis| f64::from(a.low) + (a.nodes - 1) as f64 / f64::from(a.per_unit);

@@ -14,7 +14,8 @@ pub struct Unit(BTreeMap<String, f64>);
 impl Unit {
     /// From a text such as `mm`, `1/s`, `N s/mm` or `V^2`; a percent is a unit of its own.
     ///
-    /// Errors: a sentence on what is not understood.
+    /// # Errors
+    /// A sentence on what is not understood.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut out = Self::default();
         for (k, group) in text.split('/').enumerate() {

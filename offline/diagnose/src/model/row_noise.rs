@@ -27,7 +27,7 @@ impl RowNoise {
     pub fn fit(points: &[(f64, f64)], factor: f64) -> Self {
         let sum = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>().max(1e-300);
         let total = sum(|p| p.1);
-        // Without a force nothing tells the second term; it then stays at the least one.
+        // Without a force the second term cannot be estimated; it then stays at the least one.
         let (force, count) = (sum(|p| p.0), points.len().max(1) as f64);
         let has_force = force > LEAST_FORCE_N.powi(2) * count;
         let (mut a, mut m) = (0.5 * total / count, if has_force { 0.5 * total / force } else { 0.0 });

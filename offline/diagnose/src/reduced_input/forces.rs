@@ -177,7 +177,7 @@ fn effect(tare_n: [f64; 3], half_n: [f64; 3], size: f64, gain_2ll: f64, p: f64) 
     }
 }
 
-/// Whether the normal tare cannot be told from the exponent of friction in the load.
+/// Whether the normal tare cannot be separated from the exponent of friction in the load.
 fn is_normal_inseparable(fit: &TareFit) -> bool {
     fit.normal_exponent_correlation.abs() > 0.7 || fit.half_n[0] > 0.15
 }
@@ -239,7 +239,7 @@ fn sentences(fit: &TareFit, verdict: Verdict) -> Vec<String> {
     } else if is_normal_inseparable(fit) {
         format!(
             "The normal tare ({}) cannot be separated from the exponent of friction in the load ({:.2} ± {:.2}; correlation \
-             {:.2}): it is not claimed. A few rows in the air before the first touch would tell it.",
+             {:.2}): it is not claimed. A few rows in the air before the first touch would show it.",
             value(0),
             fit.friction[1],
             2.57 * fit.exponent_sd,

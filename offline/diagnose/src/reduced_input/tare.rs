@@ -2,7 +2,7 @@
 //!
 //! While it slides, friction lies on a ring around the tare: |F − b| = k (N − b_n)^m (1 + harmonics of the direction).
 //! The harmonics (another friction towards one side) move a ring like a tare does, at each load in proportion; only
-//! the spread of loads tells the two apart, so they are fitted together, with a wide prior: no ratio between a
+//! the spread of loads separates the two, so they are fitted together, with a wide prior: no ratio between a
 //! fingertip's directions was found published. Weights are Student's, because presses and starts are among the rows.
 //! The covariance allows for residuals that follow each other (Newey & West 1987), parts of the trace are left out in
 //! turn, and what was chosen without evidence (priors, which rows count as sliding) is varied.
@@ -356,7 +356,7 @@ fn fit_with(trace: &[TraceRow], air: Option<RowsInAir>) -> Option<TareFit> {
     let sd = |k: usize| covariance[(k, k)].max(0.0).sqrt().max(parts[k]).hypot(choices[k]);
     let mut loads: Vec<f64> = rows.iter().map(|i| trace[*i].force_n[0]).collect();
     loads.sort_by(f64::total_cmp);
-    // What the sensor reads before touch is its tare; the ring knows less.
+    // What the sensor reads before touch is its tare; the ring shows it less well.
     let of_ring = ([p[2], p[0], p[1]], [T_95 * sd(2), T_95 * sd(0), T_95 * sd(1)]);
     let (tare_n, half_n) = air.as_ref().map_or(of_ring, |air| (air.mean_n, air.half_n));
     let of_air = air.as_ref().map(|air| (0..3).map(|k| (2.0 * air.mean_n[k] / air.half_n[k]).powi(2)).sum::<f64>());

@@ -1,6 +1,6 @@
 //! The report `report.json` in the form `fingerpad-diagnosis/1`: plain data, read and written by serde.
 //!
-//! Main type: [`Diagnosis`]. May use: laws (what is told of their tables).
+//! Main type: [`Diagnosis`]. May use: laws (the description of their tables).
 
 mod fit_quality;
 mod next_experiment;
@@ -305,7 +305,7 @@ pub struct InputFile {
     pub notes: Vec<String>,
 }
 
-/// Something about the files that is told before the verdict.
+/// A remark on the files that is reported before the verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Caution {
     /// `exchanged`, `unit`, `ignored_column`, `thinned`, `reading`, `sensor_rail`, `spikes`, `outside_calibration`, `one_axis`,

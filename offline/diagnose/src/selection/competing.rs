@@ -169,7 +169,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// The part of the accepted law's effect that another law does not explain at its size, which for a large effect its
-    /// derivative at size 0 does not tell.
+    /// derivative at size 0 does not show.
     fn separation_at_size(&self, active: &ActiveLaw) -> f64 {
         let mut laws = self.others.clone();
         laws.push(active.clone());
@@ -206,7 +206,7 @@ impl<'a> Comparison<'a> {
         refit.minus_2ll.min(drifted)
     }
 
-    /// The separation with what the refit knows of the competitor's best shape, which the grid may miss.
+    /// The separation at the competitor's best shape by the refit, which the grid may miss.
     fn separation_of_refit(&self, active: &ActiveLaw, separation: f64) -> f64 {
         let columns = columns_of(self.task, &self.switched_off, &self.switched_off_n, &zero_size(active));
         let columns: Vec<ProjectedColumn> = columns.iter().map(|c| self.projection.project(c)).collect();
@@ -218,7 +218,7 @@ impl<'a> Comparison<'a> {
 /// Another law with the parameters by which it comes nearest to what the accepted law does to strength or stiffness, row
 /// by row; shape parameters of the same name are taken over.
 ///
-/// Two laws that a protocol cannot tell apart end at the same likelihood, but for a large effect a refit that starts
+/// Two laws that a protocol cannot separate end at the same likelihood, but for a large effect a refit that starts
 /// without either may stop on its way. `None` where the two act in different places.
 fn imitation(own: &ActiveLaw, law: &'static Law, runs: &[Run]) -> Option<ActiveLaw> {
     let acts: fn(&Change) -> f64 = match (own.law.place, law.place) {

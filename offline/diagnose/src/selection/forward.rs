@@ -318,7 +318,7 @@ impl<'a> Search<'a> {
             if round == 0
                 && let Some(test) = self.tests.iter_mut().find(|t| t.law == law)
             {
-                // The refit knows more than the scan.
+                // The refit is better than the scan's estimate.
                 (test.gain_2ll, test.p_model, test.significant) = (gain.max(0.0), p_model, stands);
             }
             if gain >= self.least_gain(law) && stands {
@@ -343,7 +343,7 @@ impl<'a> Search<'a> {
         along.map(|(_, e)| 0.10 * e.gain_2ll).fold(0.0, f64::max)
     }
 
-    /// Takes a law into the model, drops those that it makes needless, and scans anew from there.
+    /// Takes a law into the model, drops those that it makes needless, and scans again from there.
     fn take(&mut self, start: &Fit, proof: LawEvidence) {
         (self.fit, self.derivatives) = self.task.fit(FitStart::from(start), ROUNDS);
         self.evidence.push(proof);

@@ -55,11 +55,11 @@ pub struct Expectations<'a> {
     pub explained_2ll: f64,
 }
 
-/// p of the F test from which on a scatter above twice the expected is told.
+/// p of the F test from which on a scatter above twice the expected is reported.
 pub const SCATTER_LEVEL: f64 = 1e-3;
 /// Scatter over the expected, as variances, that no error of an accepted law's form excuses.
 const LARGE_SCATTER: f64 = 8.0;
-/// Smallest standard deviation between runs that is told apart, a share of the force.
+/// Smallest standard deviation between runs that is resolved, a share of the force.
 const LEAST_SCATTER: f64 = 0.004;
 
 /// Tests a fit for structure and scatter that it does not explain.
@@ -160,7 +160,7 @@ fn group_scores(projection: &Projection<'_>, groups: &[BasisGroup]) -> Vec<(usiz
 
 /// Compares the variances between runs of stiffness and strength with those expected, by an F test.
 ///
-/// Scatter that a twentieth of the runs makes by itself is told and is no structure: rows that a logger lost or garbled in
+/// Scatter that a twentieth of the runs makes by itself is reported and is no structure: rows that a logger lost or garbled in
 /// single runs do that, and nothing can be said of their cause.
 fn compare_scatter(
     out: &mut LackOfFit,

@@ -96,7 +96,7 @@ impl Calibration {
     }
 }
 
-/// Share of the other tangential channel's force below which a channel has no force of its own to tell its noise by.
+/// Share of the other tangential channel's force below which a channel has no force of its own by which to estimate its noise.
 const LEAST_FORCE: f64 = 0.25;
 
 /// Squared forces and residuals of a channel, N², of all rows and of rows against their neighbours.
@@ -125,7 +125,7 @@ impl ChannelResiduals {
 
 /// Row noise from what is left after parameters and random effects, and its ratio to that between neighbouring rows.
 ///
-/// Where the calibration slides along one axis only, nothing tells how the noise of the other tangential channel grows
+/// Where the calibration slides along one axis only, nothing shows how the noise of the other tangential channel grows
 /// with its force: both belong to one sensor, and the channel without force gets the noise of both.
 fn row_noise(task: &Task<'_>, fit: &Fit) -> ([RowNoise; 3], [f64; 3], [f64; 3]) {
     let own = channel_residuals(task, fit);

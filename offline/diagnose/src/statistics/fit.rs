@@ -88,7 +88,7 @@ struct Linearised<'a> {
 }
 
 /// Change of a parameter of the model (most are logarithms), of a law on the scale on which it is fitted, and of a random
-/// effect from which on derivatives are computed anew. Those of a point nearer than that are wrong by less than a
+/// effect from which on derivatives are computed again. Those of a point nearer than that are wrong by less than a
 /// hundredth, and so is what they make of a step.
 const FAR: f64 = 0.004;
 

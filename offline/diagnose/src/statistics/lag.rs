@@ -79,7 +79,7 @@ struct Point {
     /// Score, 1/s, and information, 1/s².
     slope: f64,
     information: f64,
-    /// Sum of the squares of the runs' scores after the step that the score asks for.
+    /// Sum of the squares of the runs' scores after the step that the score gives.
     scatter: f64,
 }
 

@@ -1,7 +1,7 @@
 //! The linear picture at a fit: the residual and further columns, each with the nuisance directions projected out.
 //!
 //! Nuisance are the smooth model's parameters (with their prior) and the parameters of the laws in force. Everything that
-//! the selection asks of a candidate (gain, sign flips, separation from a competitor) is a product of projected columns.
+//! the selection computes of a candidate (gain, sign flips, separation from a competitor) is a product of projected columns.
 //!
 //! Main types: [`Projection`], [`ProjectedColumn`].
 

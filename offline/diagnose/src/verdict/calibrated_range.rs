@@ -85,7 +85,7 @@ impl CalibratedRange {
             .collect()
     }
 
-    /// What is to be told of a measured set before anything else.
+    /// The remarks on a measured set that come before anything else.
     pub fn cautions(&self, measured: &RunSet) -> Vec<Caution> {
         let caution = |kind: &str, column: &str, text: String| Caution {
             kind: kind.into(),
@@ -121,7 +121,7 @@ impl CalibratedRange {
                 "one_axis",
                 "direction_deg",
                 format!(
-                    "The calibration slides along one axis only ({axis:.0} degrees from x): it tells nothing of how stiffness \
+                    "The calibration slides along one axis only ({axis:.0} degrees from x): it does not show how stiffness \
                      and strength depend on the direction, nor of the noise of the force across, which is taken as that along \
                      the axis."
                 ),

@@ -182,7 +182,7 @@ impl PlanConstraints {
     /// A design as the laboratory can do it; `None` where what it varies cannot be set.
     ///
     /// What takes time to settle (moisture, temperature, a column of the user's own that says so) rises from stroke to stroke,
-    /// and has that time: nobody sets it anew at will.
+    /// and has that time: no laboratory sets it again at will.
     pub fn apply(&self, factor: &str, mut runs: Vec<PlannedRun>, own: &[OwnColumn]) -> Option<Vec<PlannedRun>> {
         let varies = if factor == "reverse" { "length_mm" } else { factor };
         if !(factor == "all" || factor == "t_s" || self.allows(varies)) {

@@ -1,6 +1,7 @@
 //! The model file with the effect switched on: the refitted baseline, effect slots, provenance.
 
-use fingerpad::{Data, EffectSlot, Effects, Tables};
+use fingerpad::Effects;
+use fingerpad::build::{Data, EffectSlot, Tables};
 use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, export_to_core};
 
 use crate::error::DiagnoseError;
@@ -29,7 +30,8 @@ pub struct CorrectedModel {
 ///
 /// Laws of the user's own become tables, over the ranges of their drivers in the file of laws or in the sets.
 ///
-/// Errors: [`DiagnoseError::Model`] with the core's reason, and for a law of more than two drivers.
+/// # Errors
+/// [`DiagnoseError::Model`] with the core's reason, and for a law of more than two drivers.
 pub fn corrected_model(
     data: &Data,
     reference: &ReferenceCurves,
@@ -90,7 +92,7 @@ pub fn corrected_model(
     Ok(CorrectedModel { bytes, rms_n, tables: told })
 }
 
-/// The effect slot of a law. Forces do not tell the area: where the file's area is not the one under which adhesion and drag
+/// The effect slot of a law. Forces do not determine the area: where the file's area is not the one under which adhesion and drag
 /// were fitted, their force at 0.9 mm is kept.
 fn slot(active: &ActiveLaw, data: &Data, reference: &ReferenceCurves, evidence: &Evidence) -> EffectSlot {
     let mut values = [0.0f32; 6];

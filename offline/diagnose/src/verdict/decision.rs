@@ -96,7 +96,7 @@ pub fn decide<'a>(
     settling.renew_evidence();
     let (lack_of_fit, expected_variances) = settling.left(&known);
     let Settling { task, selection, hypotheses, .. } = settling;
-    // Evidence for a law that no refit bears out is structure too.
+    // Evidence for a law that no refit confirms is structure too.
     let unclaimed = selection.fit.laws.is_empty() && selection.tests.iter().any(|t| t.significant);
     let verdict = if lack_of_fit.significant || unclaimed {
         Verdict::UnexplainedStructure
@@ -115,10 +115,10 @@ pub fn decide<'a>(
 pub const LEAST_SIZE: f64 = 0.005;
 
 /// Least gain in 2 log likelihood of a law that is named by what differs from run to run: six standard deviations. The p of
-/// a test knows chance, not how the baseline's error of form and the runs' scatter happen to lie along a driver.
+/// a test allows for chance, not for an error of the baseline's form or a scatter of the runs that happens to lie along a driver.
 pub const LEAST_GAIN: f64 = 36.0;
 
-/// The least gain of a law. The calibration's runs have all depths, and where it knows the strength over direction better
+/// The least gain of a law. The calibration's runs have all depths, and where it determines the strength over direction better
 /// than the measured runs do, a law of the direction is judged against it as well; laws of the sensor have no driver.
 fn least_gain(law: &Law, by_calibration: bool) -> f64 {
     let known = |driver: &Column| *driver == Column::Depth || (by_calibration && *driver == Column::Direction);
@@ -159,7 +159,7 @@ struct Settling<'a> {
 }
 
 impl<'a> Settling<'a> {
-    /// Selects with the small drift, and anew with the allowed one where that alone explains the runs better.
+    /// Selects with the small drift, and again with the allowed one where that alone explains the runs better.
     fn new(
         set: &'a RunSet,
         reference: &'a ReferenceCurves,
@@ -239,7 +239,7 @@ impl<'a> Settling<'a> {
     }
 
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
-    /// and tells them: with hundreds of runs an error of the baseline's form stands out from chance as a law does. A law of
+    /// and reports them: with hundreds of runs an error of the baseline's form stands out from chance as a law does. A law of
     /// little evidence stays where it is all that explains a structure.
     fn drop_too_small(&mut self, known: &Known<'_>) -> Vec<TooSmall> {
         let mut out = Vec::new();

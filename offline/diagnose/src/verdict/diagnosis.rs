@@ -46,7 +46,8 @@ pub struct Options {
 
 /// Diagnoses a measured set. `open_holdout` is called once, after the laws are chosen; `stage` names what begins.
 ///
-/// Errors: [`DiagnoseError`] for sets that cannot carry a diagnosis, and what `open_holdout` returns.
+/// # Errors
+/// [`DiagnoseError`] for sets that cannot carry a diagnosis, and what `open_holdout` returns.
 pub fn diagnose<E: From<DiagnoseError>>(
     calibration_set: &RunSet,
     measured: &RunSet,
@@ -215,7 +216,8 @@ const IN_FIT: &str = "were part of the fit, so that they are not held out";
 
 /// What the reader did to a file, and what its readings call into doubt.
 ///
-/// Errors: [`DiagnoseError`] for a file that contradicts itself.
+/// # Errors
+/// [`DiagnoseError`] for a file that contradicts itself.
 pub fn told_of_file(set: &RunSet, role: &str) -> Result<Vec<Caution>, DiagnoseError> {
     let told = set.cautions.iter().cloned().chain(suspicions(set)?);
     Ok(told.map(|caution| Caution { role: role.into(), ..caution }).collect())

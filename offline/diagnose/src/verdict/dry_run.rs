@@ -1,4 +1,4 @@
-//! What the files of a diagnosis can tell, without one.
+//! What the files of a diagnosis can test, without a diagnosis.
 //!
 //! Main function: [`understand`].
 
@@ -19,7 +19,8 @@ use crate::verdict::regions::COLUMNS;
 
 /// Lines on the ranges of both sets, on what the calibration does not cover, and on the laws that can be tested.
 ///
-/// Errors: [`DiagnoseError`] for sets that cannot carry a diagnosis.
+/// # Errors
+/// [`DiagnoseError`] for sets that cannot carry a diagnosis.
 pub fn understand(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Result<Vec<String>, DiagnoseError> {
     check(calibration)?;
     check(measured)?;

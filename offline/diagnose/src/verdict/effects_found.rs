@@ -1,4 +1,4 @@
-//! The claimed effects as the report tells them: parameters with intervals, sizes, candidates.
+//! The claimed effects as the report lists them: parameters with intervals, sizes, candidates.
 
 use fingerpad_smooth::Parameter;
 use nalgebra::{Matrix2, Vector2};
@@ -135,7 +135,7 @@ fn parameters(
 
 /// Range of the amplitude or the axis over the ellipse of confidence of their Cartesian pair, which is their profile
 /// likelihood's interval: where the protocol sees one of the two only, the amplitude has a floor and no ceiling, which
-/// no derivative at the optimum tells.
+/// no derivative at the optimum shows.
 fn polar(active: &ActiveLaw, covariance: &nalgebra::DMatrix<f64>, at: usize, k: usize, quantile: f64) -> [f64; 2] {
     const POINTS: usize = 720;
     let reported = active.law.report(&active.values);

@@ -67,7 +67,8 @@ pub fn varied_in_calibration(calibration: &RunSet, measured: &RunSet, own: &Laws
 
 /// Diagnoses the files in exchanged roles where their conditions suggest an exchange; returns a caution, if any.
 ///
-/// Errors: [`DiagnoseError::Unusable`] where the calibration runs show a law along a column that only they vary.
+/// # Errors
+/// [`DiagnoseError::Unusable`] where the calibration runs show a law along a column that only they vary.
 pub fn look(
     calibration: &RunSet,
     measured: &RunSet,

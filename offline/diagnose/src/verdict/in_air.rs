@@ -1,4 +1,4 @@
-//! What the rows before touch tell of a law: nothing of the finger is in them, and so no error of its model's form.
+//! Evidence for a law in the rows before touch: the finger is not in them, and so no error of its model's form.
 //!
 //! Main function: [`gain_in_air`].
 
@@ -69,7 +69,7 @@ mod tests {
         let biased = set(20, |r, _| 1.5e-3 + scatter(r));
         assert!((gain(&biased, 1.5e-3) / (20.0 * (6.25f64 / 4.0).ln()) - 1.0).abs() < 1e-9);
         assert!(gain(&biased, -1.5e-3) < 0.0);
-        // What shows in contact only may be the finger's, and few runs do not tell their scatter.
+        // What shows in contact only may be the finger's, and few runs do not determine their scatter.
         let of_finger = set(20, |r, in_air| scatter(r) + if in_air { 0.0 } else { 1.5e-3 });
         assert!(gain(&of_finger, 1.5e-3) < 0.0);
         assert_eq!(gain(&set(LEAST_RUNS - 1, |r, _| 1.5e-3 + scatter(r)), 1.5e-3), 0.0);

@@ -38,7 +38,8 @@ pub struct Prepared {
 
 /// Leaves out readings at a rail and spikes, and calibrates.
 ///
-/// Errors: [`DiagnoseError`] where too little is left, or the calibration has no likelihood.
+/// # Errors
+/// [`DiagnoseError`] where too little is left, or the calibration has no likelihood.
 pub fn prepare(
     calibration: &RunSet,
     measured: &RunSet,
@@ -82,7 +83,8 @@ fn lag_of_calibration(set: &RunSet, calibration: &Calibration, reference: &Refer
 ///
 /// * `role`: `measured` or `holdout`
 ///
-/// Errors: [`DiagnoseError`] where too little is left.
+/// # Errors
+/// [`DiagnoseError`] where too little is left.
 pub fn clean(
     set: &RunSet,
     role: &str,

@@ -167,7 +167,7 @@ pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Cauti
 /// * `verdict`: that of the report, which held-out runs may have changed
 pub fn unexplained(decision: &Decision<'_>, verdict: Verdict) -> UnexplainedFound {
     let u = &decision.lack_of_fit;
-    // Evidence for a law that no refit bears out is structure along its driver.
+    // Evidence for a law that no refit confirms is structure along its driver.
     let law = decision.selection.tests.iter().find(|t| t.significant).filter(|_| !u.significant);
     let unexplained = verdict == Verdict::UnexplainedStructure;
     let column = law.filter(|_| unexplained).and_then(|t| t.law.drivers.first());

@@ -192,8 +192,9 @@ fn followed(
 
 #[cfg(test)]
 mod tests {
+    use fingerpad::Motion;
+    use fingerpad::host::PadModelFile;
     use fingerpad::pad::PadState;
-    use fingerpad::{Motion, PadModelFile};
 
     use super::*;
     use crate::Kind;

@@ -141,7 +141,7 @@ fn changes(next: &mut impl FnMut() -> f64, strokes: &[Stroke], kind: u64) -> Vec
 
 fn reference() -> ReferenceCurves {
     let file = include_bytes!("../../data/models/fingertip.fpm");
-    let file = fingerpad::ModelFile::new(file).unwrap();
+    let file = fingerpad::host::ModelFile::new(file).unwrap();
     ReferenceCurves::from_model_data(file.file().model.data(), true)
 }
 

@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use fingerpad::{Data, ModelFile, Params};
+use fingerpad::build::{Data, Params};
+use fingerpad::host::ModelFile;
 use row::Row;
 
 #[derive(Parser)]

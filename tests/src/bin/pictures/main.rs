@@ -8,7 +8,7 @@ mod stick_maps;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use fingerpad::PadModelFile;
+use fingerpad::host::PadModelFile;
 use fingerpad_reduce::pad::PadModel;
 
 #[derive(Parser)]

@@ -9,7 +9,8 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use fingerpad::{Forces, Model, ModelFile, Motion, Motions, Regime, SPRINGS, StateOf, Status, step};
+use fingerpad::host::{Forces, ModelFile, Motions};
+use fingerpad::{Model, Motion, Regime, SPRINGS, StateOf, Status, step};
 
 #[path = "../paths.rs"]
 #[allow(dead_code)]

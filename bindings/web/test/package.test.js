@@ -1,0 +1,105 @@
+// The npm package, packed and installed in a folder of its own: the bits of the core, its README, its types, and bad arguments.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
+import { PACKAGE } from "./folder.js";
+import { nativeSteps, path } from "./native.js";
+
+const STEPS = 3000;
+const RESULT = 14;
+const BODIES = [
+  [{ kind: "plane" }, [30, 0]],
+  [{ kind: "sphere", radius_mm: 20 }, [45, -10]],
+  [{ kind: "cylinder", radius_mm: 10, axis_deg: 90 }, [30, 0]],
+  [{ kind: "edge", radius_mm: 4, axis_deg: 30, angle_deg: 100 }, [25, 5]],
+];
+let folder, installed;
+
+before(async () => {
+  folder = mkdtempSync(join(tmpdir(), "fingerpad-npm-"));
+  const packed = JSON.parse(execFileSync("npm", ["pack", "--json", "--pack-destination", folder, PACKAGE], { encoding: "utf8" }))[0];
+  writeFileSync(join(folder, "package.json"), '{"name": "user", "private": true, "type": "module"}');
+  execFileSync("npm", ["install", "--offline", "--no-audit", "--no-fund", join(folder, packed.filename)], { cwd: folder });
+  installed = join(folder, "node_modules/fingerpad");
+});
+
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+const load = () => import(pathToFileURL(join(installed, "index.js")));
+
+test("steps have the bits of the core", async () => {
+  const { Finger, REGIMES } = await load();
+  const finger = await Finger.create();
+  for (const [body, [pitch_deg, roll_deg]] of BODIES) {
+    for (const disturbed of [false, true]) {
+      const motions = path(STEPS, 11, disturbed);
+      const { kind, radius_mm: radius = 0, axis_deg: axis = 0, angle_deg: angle = 90 } = body;
+      const native = nativeSteps(motions, { kind, radius, axis, angle }, [pitch_deg, roll_deg]);
+      const floats = new Float32Array(native.buffer);
+      finger.lift({ body, pitch_deg, roll_deg });
+      const seen = new Set();
+      for (let i = 0; i < STEPS; i++) {
+        const [depth_mm, slide_x_mm, slide_y_mm, spin_rad, dt_s, pitch, roll, hydration_au, temperature_c, speed_mm_s] = motions.subarray(10 * i, 10 * i + 10);
+        const r = finger.step({ depth_mm, slide_x_mm, slide_y_mm, spin_rad, dt_s, pitch_deg: pitch, roll_deg: roll, hydration_au, temperature_c, speed_mm_s });
+        const at = RESULT * i;
+        const found = [r.normal_force_n, ...r.friction_n, r.stick_ratio, r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm];
+        assert.deepEqual(found, Array.from(floats.subarray(at, at + 7)), `${kind}, step ${i}`);
+        assert.equal(r.regime, REGIMES[native[at + 12]]);
+        assert.equal(r.status, native[at + 13]);
+        seen.add(r.regime);
+      }
+      assert.ok(seen.size >= 3, `${kind}: ${[...seen]}`);
+    }
+  }
+});
+
+test("without skin and speed the strength is that of the model file", async () => {
+  const { Finger } = await load();
+  const slid = async (extra) => {
+    const finger = await Finger.create();
+    for (let k = 1; k <= 100; k++) finger.step({ depth_mm: 0.015 * k });
+    let r;
+    for (let k = 0; k < 200; k++) r = finger.step({ depth_mm: 1.5, slide_x_mm: 0.05, ...extra });
+    return r;
+  };
+  const [plain, fast, wet] = [await slid({}), await slid({ speed_mm_s: 0 }), await slid({ hydration_au: 60 })];
+  assert.equal(plain.regime, "slip");
+  assert.ok(Math.abs(plain.friction_n[0]) > 0.1 && plain.status === 0);
+  assert.notEqual(fast.friction_n[0], plain.friction_n[0]);
+  assert.ok(Math.abs(wet.friction_n[0]) > Math.abs(plain.friction_n[0]));
+  const patches = await (async () => {
+    const finger = await Finger.create();
+    const r = finger.step({ depth_mm: 1.5 });
+    return [r, finger.patches()];
+  })();
+  const area = patches[1].reduce((sum, patch) => sum + patch.contact_area_mm2, 0);
+  assert.ok(Math.abs(area / patches[0].contact_area_mm2 - 1) < 0.05, `${area} ${patches[0].contact_area_mm2}`);
+});
+
+test("bad arguments are named with their value and range", async () => {
+  const { Finger } = await load();
+  const finger = await Finger.create();
+  const refuses = (options, text) => assert.throws(() => finger.lift(options), (error) => error instanceof RangeError && error.message.includes(text));
+  refuses({ body: { kind: "torus" } }, "torus");
+  refuses({ body: { kind: "sphere", radius_mm: 0 } }, "body.radius_mm: 0 is not a number from 0.1");
+  refuses({ body: { kind: "edge", radius_mm: 2, angle_deg: 180 } }, "body.angle_deg: 180");
+  refuses({ pitch_deg: 85 }, "pitch_deg: 85");
+  assert.throws(() => finger.step({}), /depth_mm must be given/);
+  const before = finger.step({ depth_mm: 1 });
+  const bad = finger.step({ depth_mm: NaN });
+  assert.ok(bad.status !== 0 && bad.normal_force_n === before.normal_force_n);
+  await assert.rejects(Finger.create({ pad: readFileSync(join(installed, "index.js")) }), /not a model file/);
+});
+
+test("the README's example runs", () => {
+  const example = /```js\n([\s\S]*?)```/.exec(readFileSync(join(installed, "README.md"), "utf8"))[1];
+  writeFileSync(join(folder, "example.js"), example);
+  const lines = execFileSync(process.execPath, ["example.js"], { cwd: folder, encoding: "utf8" }).trim().split("\n");
+  assert.equal(lines.length, 50);
+  assert.match(lines.at(-1), /slip$/);
+});
