@@ -72,15 +72,21 @@ fn forces_in_the_frame_of_a_sensor_give_the_diagnosis_of_those_in_the_contact_fr
     write(at, "m.csv", &in_sensor_frame(MEASURED, turned));
     // Without the rotation the normal force points the wrong way.
     let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv"];
-    refused(&[&files[..], &MAP, &["--out", "wrong"]].concat(), at, &["c.csv", "normal_force_n"]);
+    refused(&[&files[..], &MAP, &["--out", "wrong"]].concat(), at, &["c.csv", "normal force"]);
     let nine = turned.iter().flatten().map(|v| format!("{v:.9}")).collect::<Vec<_>>().join(",");
     for (flag, value) in [("--sensor-rpy-deg", "172,-14,35"), ("--sensor-matrix", &nine)] {
         let (_, report) = diagnose(&[&MAP[..], &[flag, value]].concat(), at, "turned");
         assert_eq!(report["verdict"], plain["verdict"]);
         assert_eq!(report["effects"][0]["law"], plain["effects"][0]["law"]);
-        for pointer in ["/effects/0/parameters/0/value", "/effects/0/gain_2ll", "/holdout/ratio_after"] {
+        // Readings in the frame of the sensor are not multiples of 0.0001 N any more, which the estimate of the noise sees: a part of
+        // the interval. A wrong angle is far beyond it.
+        let ends = ["/effects/0/parameters/0/ci95/0", "/effects/0/parameters/0/ci95/1"];
+        let [low, high] = ends.map(|pointer| number(&plain, pointer));
+        let [found, wanted] = [&report, &plain].map(|report| number(report, "/effects/0/parameters/0/value"));
+        assert!((found - wanted).abs() < 0.15 * (high - low), "{flag}: {found} {wanted}, {low} to {high}");
+        for (pointer, share) in [("/effects/0/gain_2ll", 0.03), ("/disagreement/ratio/1", 0.01)] {
             let [found, wanted] = [&report, &plain].map(|report| number(report, pointer));
-            assert!((found / wanted - 1.0).abs() < 1e-3, "{flag}: {pointer} {found} {wanted}");
+            assert!((found / wanted - 1.0).abs() < share, "{flag}: {pointer} {found} {wanted}");
         }
         let notes = report["input"][1]["notes"].to_string();
         assert!(notes.contains(&format!("turned from the sensor's frame by {flag} {value}")), "{notes}");
@@ -224,7 +230,7 @@ fn appended_files_that_do_not_belong_there_are_refused() {
     write(at, "calibration.csv", &part(CALIBRATION, |run| run < 3).replace("calibration", "more"));
     let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv", "--out", "d", "--append"];
     for (more, words) in [
-        (&["same.csv"][..], &["same.csv", "line 2", "run_id", "measured3", "an earlier file"][..]),
+        (&["same.csv"][..], &["same.csv:2", "run_id", "measured3", "an earlier file"][..]),
         (&["late.csv"], &["late.csv", "t_s", "overlaps", "m.csv", "--append-start-s"]),
         (&["bare.csv"], &["bare.csv", "1"]),
         (&["none.csv"], &["none.csv"]),
