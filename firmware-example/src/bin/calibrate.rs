@@ -57,7 +57,7 @@ impl Rig<'_> {
 
 fn calibrate(model: &Model<'_>) -> Result<Outcome, fingerpad::Error> {
     let mut rig = Rig { finger: model.tuned(FINGER)?, state: State::default(), noise: Noise(7), ticks: 0 };
-    let mut calibration = Calibrator::new(model, Settings::default())?;
+    let mut calibration = Calibrator::new(model, Settings::default());
     let mut o = Outcome { steps: 0, idle: 0, least: u32::MAX, sum: 0, most: 0, found: Err(NotCalibrated::NoContact) };
     let mut here = [-0.2f32, 0.0];
     for to in CORNERS {

@@ -24,13 +24,6 @@ fn one_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
     fingerpad::step(model, state, *motion)
 }
 
-/// The same for a retuned model.
-#[inline(never)]
-#[unsafe(no_mangle)]
-fn one_tuned_step(model: &Model<'_>, state: &mut State, motion: &Motion) -> Response {
-    fingerpad::step(model, state, *motion)
-}
-
 /// The same for a contact that also spins.
 #[inline(never)]
 #[unsafe(no_mangle)]
@@ -70,7 +63,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     state.set_strength_factor(f[3]);
     let motion = Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: 0.0, dt_s: f[3] };
     let r = one_step(&model, &mut state, &motion);
-    black_box(one_tuned_step(&tuned, &mut state, &motion));
+    black_box(one_step(&tuned, &mut state, &motion));
     let mut spinning = SpinState::default();
     black_box(one_spin_step(&model, &mut spinning, &Motion { spin_increment_rad: f[1], ..motion }));
     let mut contact = Contact::<SPRINGS>::default();
