@@ -403,9 +403,9 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
 const PAD_BOUND: u32 = 400_000;
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 4400;
-const STACK_BOUND: u64 = 240;
-/// Four anchors of two words, 32 words for the plane, its turns and limits, where and how it rolled, depth and strength factor.
-const STATE_BYTES: u32 = 160;
+const STACK_BOUND: u64 = 256;
+/// Four anchors of two words, 17 words for the plane, its reversals and limits, depth and strength factor.
+const STATE_BYTES: u32 = 108;
 
 type Gate = fn(&str) -> bool;
 

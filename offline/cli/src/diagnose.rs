@@ -31,7 +31,7 @@ Examples:
   fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
   fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
   fingerpad diagnose --template runs.csv
-  fingerpad diagnose --calibration c.csv --measured m.csv --append n.csv --out d
+  fingerpad diagnose --calibration c.csv --measured m.csv --append n.csv --append-start-s 900 --out d
   fingerpad diagnose --calibration c1.csv --measured m1.csv --map x=Fx,y=Fy,normal=Fz --sensor-rpy-deg 180,0,0 --out d
   fingerpad diagnose --calibration c0.csv --measured m0.csv --map run=Trial --check
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
