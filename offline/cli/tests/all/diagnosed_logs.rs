@@ -72,7 +72,11 @@ fn forces_in_the_frame_of_a_sensor_give_the_diagnosis_of_those_in_the_contact_fr
     write(at, "m.csv", &in_sensor_frame(MEASURED, turned));
     // Without the rotation the normal force points the wrong way.
     let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv"];
-    refused(&[&files[..], &MAP, &["--out", "wrong"]].concat(), at, &["c.csv", "normal force"]);
+    refused(
+        &[&files[..], &MAP, &["--out", "wrong"]].concat(),
+        at,
+        &["c.csv", "column normal_force_n", "--sensor-rpy-deg"],
+    );
     let nine = turned.iter().flatten().map(|v| format!("{v:.9}")).collect::<Vec<_>>().join(",");
     for (flag, value) in [("--sensor-rpy-deg", "172,-14,35"), ("--sensor-matrix", &nine)] {
         let (_, report) = diagnose(&[&MAP[..], &[flag, value]].concat(), at, "turned");

@@ -26,6 +26,22 @@ fn deepest(run: &Run) -> (f64, [f64; 3]) {
     (run.rows[i].depth_mm, run.force_n[i])
 }
 
+/// Whether the normal force in contact is below zero by more than half of the largest reading. A depth that is turned round has no
+/// such force at its positive values, where the finger is in the air.
+fn force_is_turned(set: &RunSet) -> bool {
+    let rows = set.runs.iter().flat_map(|run| run.rows.iter().zip(&run.force_n)).filter(|(_, f)| !f[0].is_nan());
+    let (mut largest, mut least, mut in_contact, mut negative) = (0.0f64, 0.0f64, 0usize, 0usize);
+    for (row, [normal, ..]) in rows {
+        largest = largest.max(normal.abs());
+        if row.depth_mm > 0.0 {
+            least = least.min(*normal);
+            in_contact += 1;
+            negative += usize::from(*normal < 0.0);
+        }
+    }
+    -least > 0.5 * largest && 2 * negative > in_contact
+}
+
 /// Checks one set.
 pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
     if set.runs.len() < LEAST_RUNS {
@@ -36,6 +52,17 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
                 set.runs.last().map_or(1, |r| r.line),
                 set.runs.len(),
                 if set.runs.len() == 1 { "" } else { "s" }
+            ),
+        ));
+    }
+    if force_is_turned(set) {
+        return Err(unusable(
+            set,
+            format!(
+                "line {}, column normal_force_n: the force is negative in contact, and normal_force_n is the push on the finger: turn \
+                 the column round with --map normal=-normal_force_n (a minus sign before its name in the file), or give the \
+                 orientation of the sensor with --sensor-rpy-deg",
+                set.runs[0].line
             ),
         ));
     }
