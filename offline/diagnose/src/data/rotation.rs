@@ -3,6 +3,7 @@
 //! Main type: [`Rotation`].
 
 use fingerpad_formats::significant;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::data::outliers::{at_rail, rails};
 use crate::data::runs::RunSet;
@@ -15,8 +16,8 @@ const ORTHOGONAL: f64 = 2e-3;
 /// A rotation from the frame of a sensor to that of the contact, whose axes are x, y and the direction of the normal force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rotation {
-    /// Rows of the matrix: force in the contact frame = matrix · force in the frame of the sensor.
-    matrix: [[f64; 3]; 3],
+    /// Force in the contact frame = matrix · force in the frame of the sensor.
+    matrix: Matrix3<f64>,
     /// The option with its value, for messages.
     source: String,
 }
@@ -37,19 +38,6 @@ fn numbers<const N: usize>(flag: &str, text: &str, names: &str) -> Result<[f64; 
     Ok(out)
 }
 
-fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
-}
-
-fn transposed(a: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| a[j][i]))
-}
-
-fn determinant(m: &[[f64; 3]; 3]) -> f64 {
-    let minor = |a: usize, b: usize| m[1][a] * m[2][b] - m[1][b] * m[2][a];
-    m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1)
-}
-
 impl Rotation {
     /// From roll, pitch and yaw of the sensor in the contact frame, degrees: about the fixed axes x, y, z, one after the other, as ROS
     /// and URDF have it. The matrix is Rz(yaw) Ry(pitch) Rx(roll).
@@ -62,11 +50,9 @@ impl Rotation {
         if let Some(angle_deg) = angles_deg.iter().find(|a| a.abs() > 360.0) {
             return Err(format!("{FLAG} {text}: {angle_deg} is not between -360 and 360 degrees"));
         }
-        let [roll, pitch, yaw] = angles_deg.map(|a| a.to_radians().sin_cos());
-        let x = [[1.0, 0.0, 0.0], [0.0, roll.1, -roll.0], [0.0, roll.0, roll.1]];
-        let y = [[pitch.1, 0.0, pitch.0], [0.0, 1.0, 0.0], [-pitch.0, 0.0, pitch.1]];
-        let z = [[yaw.1, -yaw.0, 0.0], [yaw.0, yaw.1, 0.0], [0.0, 0.0, 1.0]];
-        Ok(Self { matrix: product(&z, &product(&y, &x)), source: format!("{FLAG} {text}") })
+        let [roll, pitch, yaw] = angles_deg.map(f64::to_radians);
+        let matrix = Rotation3::from_euler_angles(roll, pitch, yaw).into_inner();
+        Ok(Self { matrix, source: format!("{FLAG} {text}") })
     }
 
     /// From the nine numbers of the matrix, row by row. Digits that printing cut off are restored.
@@ -76,10 +62,11 @@ impl Rotation {
     pub fn from_matrix(text: &str) -> Result<Self, String> {
         const FLAG: &str = "--sensor-matrix";
         let m: [f64; 9] = numbers(FLAG, text, "the rows of the matrix, one after the other")?;
-        let mut matrix = [[m[0], m[1], m[2]], [m[3], m[4], m[5]], [m[6], m[7], m[8]]];
-        let gram = product(&matrix, &transposed(&matrix));
-        for (i, row) in gram.iter().enumerate() {
-            for (j, value) in row.iter().enumerate() {
+        let matrix = Matrix3::from_row_slice(&m);
+        let gram = matrix * matrix.transpose();
+        for i in 0..3 {
+            for j in 0..3 {
+                let value = gram[(i, j)];
                 let wanted = f64::from(u8::from(i == j));
                 if !((value - wanted).abs() <= ORTHOGONAL) {
                     return Err(format!(
@@ -87,26 +74,22 @@ impl Rotation {
                          (within {ORTHOGONAL})",
                         i + 1,
                         j + 1,
-                        significant(*value, 4)
+                        significant(value, 4)
                     ));
                 }
             }
         }
-        if determinant(&matrix) < 0.0 {
+        if matrix.determinant() < 0.0 {
             return Err(format!(
                 "{FLAG} {text}: the matrix is left-handed (determinant {}, where a rotation has 1); where the sensor reports the \
                  opposite force, give the columns a minus sign in --map",
-                significant(determinant(&matrix), 4)
+                significant(matrix.determinant(), 4)
             ));
         }
-        // Newton's iteration for the nearest rotation.
-        for _ in 0..3 {
-            let square = product(&transposed(&matrix), &matrix);
-            let correction =
-                [0, 1, 2].map(|i| [0, 1, 2].map(|j| 1.5 * f64::from(u8::from(i == j)) - 0.5 * square[i][j]));
-            matrix = product(&matrix, &correction);
-        }
-        Ok(Self { matrix, source: format!("{FLAG} {text}") })
+        // The nearest rotation: that of the singular value decomposition.
+        let svd = matrix.svd(true, true);
+        let nearest = svd.u.zip(svd.v_t).map_or(matrix, |(u, v_t)| u * v_t);
+        Ok(Self { matrix: nearest, source: format!("{FLAG} {text}") })
     }
 
     /// A force in the contact frame.
@@ -114,13 +97,14 @@ impl Rotation {
     /// * `force_n`: normal, x, y in the frame of the sensor, N
     pub fn apply(&self, force_n: [f64; 3]) -> [f64; 3] {
         let [normal, x, y] = force_n;
-        let [x, y, normal] = self.matrix.map(|row| row[0] * x + row[1] * y + row[2] * normal);
-        [normal, x, y]
+        let turned = self.matrix * Vector3::new(x, y, normal);
+        [turned.z, turned.x, turned.y]
     }
 
     /// How the forces were read, one line.
     pub fn note(&self) -> String {
-        let rows: Vec<String> = self.matrix.iter().map(|row| row.map(|v| significant(v, 6)).join(" ")).collect();
+        let row = |i: usize| [0, 1, 2].map(|j| significant(self.matrix[(i, j)], 6)).join(" ");
+        let rows = [0, 1, 2].map(row);
         format!("forces are turned from the sensor's frame by {}: matrix [{}]", self.source, rows.join("; "))
     }
 
