@@ -528,7 +528,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     report.input.extend(held);
     report.input.extend(args.laws.as_deref().map(|path| laws_input(path, &options.own)));
     let mut model_bytes = None;
-    if !evidence.laws.is_empty() && report.holdout.refused_after_n.is_none() {
+    if evidence.has_claims() && report.holdout.refused_after_n.is_none() {
         match during("corrected model", |_| corrected_model(&data, &reference, &evidence)) {
             Ok(made) => {
                 report.corrected_model = Some(CORRECTED.into());
@@ -556,7 +556,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     // The finite elements take minutes: what stands is written before.
     write(args, &report, &evidence, model_bytes.as_deref())?;
-    if args.confirm_fe && evidence.laws.is_empty() {
+    if args.confirm_fe && !evidence.has_claims() {
         println!("--confirm-fe: no law of the finger is claimed, so there is nothing to switch on");
     } else if args.confirm_fe {
         let folder = args.out().join("fe");

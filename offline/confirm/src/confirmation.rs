@@ -119,12 +119,12 @@ impl<'a> Prepared<'a> {
         let Calibrated { scale, area_ratio, rms_n } = self.calibrate(run)?;
         let evidence = self.evidence;
         let refit = |parameters: &Parameters| Refit {
-            from: self.reference.model(&evidence.parameters_calibrated),
+            from: self.reference.model(&evidence.calibration.fit.parameters),
             to: self.reference.model(parameters),
             beta: self.law.beta,
         };
-        let (null, full) = (refit(&evidence.parameters_without_laws), refit(&evidence.parameters));
-        let before = strokes(&self.strokes, &[], &scale, Some(&null), self.law);
+        let (null, full) = (refit(&evidence.parameters_before), refit(&evidence.parameters));
+        let before = strokes(&self.strokes, &evidence.laws_before, &scale, Some(&null), self.law);
         let after = strokes(&self.strokes, &evidence.laws, &scale, Some(&full), self.law);
         let ran = [run("without the effect", &before)?, run("with the effect", &after)?];
         let residuals = self.residuals([&before, &after], &ran, area_ratio);
@@ -151,10 +151,11 @@ impl<'a> Prepared<'a> {
 
     /// Fits the finite-element finger to the calibration strokes, in rounds until it settles.
     fn calibrate<E>(&self, run: &mut dyn FnMut(&str, &[FeStroke<'_>]) -> Result<Ran, E>) -> Result<Calibrated, E> {
-        let sigma = self.floor(&self.calibration, &self.evidence.parameters_calibrated, &[]);
+        let calibrated = &self.evidence.calibration.fit;
+        let sigma = self.floor(&self.calibration, &calibrated.parameters, &calibrated.laws);
         let mut out = Calibrated { scale: FingerScale::default(), area_ratio: 1.0, rms_n: [0.0; 3] };
         for round in 0..ROUNDS {
-            let strokes = strokes(&self.calibration, &[], &out.scale, None, self.law);
+            let strokes = strokes(&self.calibration, &calibrated.laws, &out.scale, None, self.law);
             let ran = run("calibrating", &strokes)?;
             let rows = fitted_rows(&self.calibration, &strokes, &ran, &sigma);
             out.area_ratio = self.area_ratio(&self.calibration, &ran);
@@ -175,7 +176,7 @@ impl<'a> Prepared<'a> {
     fn residuals(&self, strokes: [&[FeStroke<'_>]; 2], ran: &[Ran; 2], area_ratio: f64) -> Residuals {
         let evidence = self.evidence;
         let task = evidence.calibration.task(&self.strokes.set, self.reference);
-        let without = task.predict(&evidence.parameters_without_laws, &[]);
+        let without = task.predict(&evidence.parameters_before, &evidence.laws_before);
         let with_laws = task.predict(&evidence.parameters, &evidence.laws);
         let floor = self.floor(&self.strokes, &evidence.parameters, &evidence.laws);
         let mut out = Residuals::default();
@@ -212,7 +213,7 @@ impl<'a> Prepared<'a> {
 
     /// Area under which the laws were fitted over the area of the finite elements, where it is pressed deepest.
     fn area_ratio(&self, part: &Part, ran: &Ran) -> f64 {
-        let model = self.reference.model(&self.evidence.parameters_calibrated);
+        let model = self.reference.model(&self.evidence.calibration.fit.parameters);
         let (mut fitted, mut found) = (0.0, 0.0);
         for ((run, kept), rows) in part.set.runs.iter().zip(&part.rows).zip(ran) {
             for (&i, fe) in kept.iter().zip(rows.iter().flatten()) {

@@ -44,9 +44,9 @@ pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FactorPrice, FeConfirmation, FittedParameter, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment,
-    NoiseFound, NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, Stability,
-    UnexplainedFound, Verdict, minutes,
+    FactorPrice, FeConfirmation, FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawTest, LeftOut,
+    NextExperiment, NoiseFound, NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio,
+    Stability, UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};

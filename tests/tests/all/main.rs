@@ -9,6 +9,7 @@ mod experiments;
 mod false_alarms;
 mod fast_against_finite_elements;
 mod fe_sets;
+mod finger_laws;
 mod laws_files;
 mod laws_of_your_own;
 mod layout;

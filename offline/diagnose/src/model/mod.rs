@@ -6,6 +6,7 @@
 
 pub mod active_law;
 pub mod core_replay;
+pub mod finger_law;
 pub mod prediction;
 pub mod prior;
 pub mod random_effects;

@@ -97,9 +97,9 @@ pub fn changes(
     out
 }
 
-/// Predicted readings of runs without laws and random effects, three a row, N: normal, x, y.
-pub fn predict_runs(model: &SmoothModel, runs: &[Run]) -> Vec<f64> {
+/// Predicted readings of runs under laws and without random effects, three a row, N: normal, x, y.
+pub fn predict_runs(model: &SmoothModel, runs: &[Run], laws: &[ActiveLaw]) -> Vec<f64> {
     let strokes = strokes_of(runs);
-    let changes = changes(runs, &[], &RandomEffects::new(), Perturbation::default());
+    let changes = changes(runs, laws, &RandomEffects::new(), Perturbation::default());
     SimulationInputs::new(&Trajectories::new(strokes), changes).predict_n(model)
 }

@@ -43,7 +43,7 @@ pub fn starting_point(set: &RunSet, reference: &ReferenceCurves) -> Parameters {
     let misfit = |shift: f64| {
         let mut trial = parameters;
         trial[Parameter::TangentialScale] = from + shift;
-        let found = predict_runs(&reference.model(&trial), &set.runs);
+        let found = predict_runs(&reference.model(&trial), &set.runs, &[]);
         // Absolute values: a row far off must not decide.
         readings
             .iter()

@@ -74,6 +74,7 @@ pub fn reduced_report(
             calibration_misfit: [0.0; 3],
         },
         instrument: Vec::new(),
+        finger_laws: Vec::new(),
         noise: NoiseFound {
             additive_n: 0.0,
             multiplicative: 0.0,

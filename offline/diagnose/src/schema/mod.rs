@@ -158,6 +158,19 @@ pub struct NoiseFound {
     pub source: String,
 }
 
+/// A law that the calibration runs follow. It belongs to the finger and to the model of every file, and is no missing effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FingerLawFound {
+    /// Law.
+    pub law: String,
+    /// Its family.
+    pub family: String,
+    /// Parameters as calibrated.
+    pub parameters: Vec<FittedParameter>,
+    /// Gain in 2 log likelihood on the calibration runs.
+    pub gain_2ll: f64,
+}
+
 /// A lag of the forces behind the positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InstrumentLag {
@@ -339,6 +352,9 @@ pub struct Diagnosis {
     /// Lags of the forces behind the positions; none where none was found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub instrument: Vec<InstrumentLag>,
+    /// Laws that the calibration runs follow; none where none was found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub finger_laws: Vec<FingerLawFound>,
     /// Every law.
     pub tests: Vec<LawTest>,
     /// After the accepted effects.

@@ -7,12 +7,12 @@ use crate::data::runs::Run;
 use crate::laws::{Change, Law, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::selection::alternative_drift::AlternativeDrift;
-use crate::selection::forward::penalised_minus_2ll;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, columns_of, scored};
 use crate::selection::starts::{refine, starts};
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::projection::{ProjectedColumn, Projection};
+use crate::statistics::sign_flips::Score;
 use crate::statistics::task::Task;
 
 /// A law that may stand in the place of an accepted one.
@@ -41,37 +41,40 @@ pub struct CompetingHypotheses {
 
 /// Hypotheses for the place of law `index` of a fit.
 ///
-/// * `grid`: all testable laws on their grid of shapes, with columns at the fit
+/// * `grid`, `of_form`: all testable laws on their grid of shapes, with columns at the fit, and their scores on the effect-free
+///   runs
 /// * `alternative`: the wider drift prior, where laws of depth must beat it
 pub fn competing_hypotheses(
     task: &Task<'_>,
     fit: &Fit,
     derivatives: &Derivatives,
     index: usize,
-    grid: &[GridPoint],
+    (grid, of_form): (&[GridPoint], &[Option<Score>]),
     testable: &[&'static Law],
     alternative: Option<&AlternativeDrift<'_>>,
 ) -> CompetingHypotheses {
-    let comparison = Comparison::new(task, fit, derivatives, index, grid, alternative);
+    let comparison = Comparison::new(task, fit, derivatives, index, (grid, of_form), alternative);
     let own = comparison.own.clone();
     let mut candidates = vec![CompetingLaw { active: own.clone(), delta_2ll: 0.0, lambda_rival: 0.0 }];
-    let mut better: Option<Fit> = None;
+    let shapes = |law: &Law| (law.parameters.len() - law.linear) as f64;
+    let own_of_form = comparison.gain_of_form(fit, own.law);
+    let (mut best, mut better) = (-1.0, None);
     let in_force = |law: &Law| law == own.law || comparison.others.iter().any(|o| o.law == law);
     for &law in testable.iter().filter(|law| !in_force(law)) {
         let Some((refit, separation)) = comparison.refit_with(law) else { continue };
         let active = refit.laws[refit.laws.len() - 1].clone();
-        let delta_2ll = comparison.minus_2ll_or_drift(&refit, law) - fit.minus_2ll;
+        // What an error of form explains speaks for neither law.
+        let of_form = comparison.gain_of_form(&refit, law) - own_of_form;
+        let delta_2ll = comparison.minus_2ll_or_drift(&refit, law) - fit.minus_2ll + of_form;
         let lambda_rival = comparison.separation_of_refit(&active, separation);
         // The less a protocol can separate, the more of a difference may be the error of a form.
         let inseparable = 1.0 - lambda_rival / (0.035 * comparison.lambda_detect).max(10.0);
         if delta_2ll < 6.0 + 0.15 * comparison.gain_2ll * inseparable.max(0.0) {
             candidates.push(CompetingLaw { active, delta_2ll, lambda_rival });
         }
-        let penalised = penalised_minus_2ll(&refit);
-        if penalised < penalised_minus_2ll(fit) - 1.0
-            && better.as_ref().is_none_or(|b| penalised < penalised_minus_2ll(b))
-        {
-            better = Some(refit);
+        let penalised = refit.minus_2ll - fit.minus_2ll + of_form + shapes(law) - shapes(own.law);
+        if penalised < best {
+            (best, better) = (penalised, Some(refit));
         }
     }
     candidates[1..].sort_by(|a, b| a.delta_2ll.total_cmp(&b.delta_2ll));
@@ -85,6 +88,8 @@ struct Comparison<'a> {
     fit: &'a Fit,
     derivatives: &'a Derivatives,
     grid: &'a [GridPoint],
+    /// Its scores on the effect-free runs.
+    of_form: &'a [Option<Score>],
     alternative: Option<&'a AlternativeDrift<'a>>,
     /// The accepted law.
     own: ActiveLaw,
@@ -114,7 +119,7 @@ impl<'a> Comparison<'a> {
         fit: &'a Fit,
         derivatives: &'a Derivatives,
         index: usize,
-        grid: &'a [GridPoint],
+        (grid, of_form): (&'a [GridPoint], &'a [Option<Score>]),
         alternative: Option<&'a AlternativeDrift<'a>>,
     ) -> Self {
         let own = fit.laws[index].clone();
@@ -144,6 +149,7 @@ impl<'a> Comparison<'a> {
             fit,
             derivatives,
             grid,
+            of_form,
             alternative,
             own,
             others,
@@ -197,6 +203,16 @@ impl<'a> Comparison<'a> {
         });
         let best = from_grid.chain(from_imitation).min_by(|a, b| a.minus_2ll.total_cmp(&b.minus_2ll))?;
         Some((best, separation))
+    }
+
+    /// Part of a law's gain in the place over none there that an error of the baseline's form explains, by the law's best shape
+    /// of the grid.
+    fn gain_of_form(&self, with: &Fit, law: &Law) -> f64 {
+        let scored = self.by_data.iter().filter(|s| self.grid[s.grid_point].start.law == law);
+        let scored = scored.filter_map(|s| Some((s.score.as_ref()?, self.of_form[s.grid_point].as_ref())));
+        let Some((score, of_form)) = scored.max_by(|a, b| a.0.gain().total_cmp(&b.0.gain())) else { return 0.0 };
+        let share = 1.0 - (score.excess(of_form) / score.gain().max(1e-9)).clamp(0.0, 1.0);
+        share * (self.without.minus_2ll - with.minus_2ll).max(0.0)
     }
 
     /// −2 log likelihood of a refit, or of the wider drift from there, where that is better and concerns the law.

@@ -4,6 +4,7 @@
 
 use crate::data::runs::RunSet;
 use crate::laws::{Column, Law, Place};
+use crate::model::active_law::ActiveLaw;
 use crate::selection::acceptance::{BY_CALIBRATION, SearchedCells, SelectionSettings, SignFlipP, is_significant};
 use crate::selection::discrepancy::ModelDiscrepancy;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, grid_of, scored, start_of, why_untestable};
@@ -53,14 +54,32 @@ pub struct Selection {
     pub null_derivatives: Derivatives,
     /// Derivatives at `fit`.
     pub derivatives: Derivatives,
-    /// Evidence for each law of `fit`.
+    /// How many laws of `fit` are the finger's own, the first ones.
+    pub finger_laws: usize,
+    /// Evidence for each law of `fit` beyond those.
     pub evidence: Vec<LawEvidence>,
     /// All laws against the baseline alone.
     pub tests: Vec<SingleLawTest>,
     /// The grid at `fit`.
     pub grid: Vec<GridPoint>,
+    /// Scores of the grid on the effect-free runs.
+    pub of_form: Vec<Option<Score>>,
     /// How many grid points were searched.
     pub cells: SearchedCells,
+}
+
+impl Selection {
+    /// The accepted laws.
+    pub fn accepted(&self) -> &[ActiveLaw] {
+        &self.fit.laws[self.finger_laws..]
+    }
+
+    /// The laws of the fit without the accepted one of an index, and that one.
+    pub fn laws_without(&self, index: usize) -> (Vec<ActiveLaw>, ActiveLaw) {
+        let mut others = self.fit.laws.clone();
+        let law = others.remove(self.finger_laws + index);
+        (others, law)
+    }
 }
 
 /// A law at its best shape of the grid.
@@ -77,7 +96,7 @@ const MOST: usize = 3;
 pub const ROUNDS: usize = 20;
 
 /// −2 log likelihood plus 1 for each shape parameter, by which laws are compared.
-pub fn penalised_minus_2ll(fit: &Fit) -> f64 {
+fn penalised_minus_2ll(fit: &Fit) -> f64 {
     fit.minus_2ll + fit.laws.iter().map(|a| (a.law.parameters.len() - a.law.linear) as f64).sum::<f64>()
 }
 
@@ -89,13 +108,17 @@ fn same_axis(a: &Law, b: &Law) -> bool {
 }
 
 /// Runs the selection.
+///
+/// * `laws`: those that are tried
+/// * `discrepancy`: what the effect-free runs show of each law is taken off its evidence
 pub fn select(
     task: &Task<'_>,
     set: &RunSet,
-    discrepancy: &ModelDiscrepancy<'_>,
+    laws: &[&'static Law],
+    discrepancy: Option<&ModelDiscrepancy<'_>>,
     settings: &SelectionSettings,
 ) -> Selection {
-    let mut search = Search::new(task, set, discrepancy, settings);
+    let mut search = Search::new(task, set, laws, discrepancy, settings);
     for round in 0..MOST {
         let scan = Scan::new(&search, round);
         let ranking = search.rank(&scan, round);
@@ -120,7 +143,9 @@ pub fn select(
 struct Search<'a> {
     task: &'a Task<'a>,
     settings: &'a SelectionSettings,
-    /// Why each law of the library cannot be tested.
+    /// Laws that are tried.
+    laws: &'a [&'static Law],
+    /// Why each of them cannot be tested.
     untestable: Vec<Option<String>>,
     /// The others.
     testable: Vec<&'static Law>,
@@ -165,24 +190,27 @@ impl<'a> Search<'a> {
     fn new(
         task: &'a Task<'a>,
         set: &RunSet,
-        discrepancy: &ModelDiscrepancy<'_>,
+        laws: &'a [&'static Law],
+        discrepancy: Option<&ModelDiscrepancy<'_>>,
         settings: &'a SelectionSettings,
     ) -> Self {
-        let untestable: Vec<Option<String>> = settings.laws.iter().map(|law| why_untestable(law, set)).collect();
-        let laws = settings.laws.iter().zip(&untestable);
-        let testable: Vec<&Law> = laws.filter(|(_, reason)| reason.is_none()).map(|(law, _)| *law).collect();
+        let untestable: Vec<Option<String>> = laws.iter().map(|law| why_untestable(law, set)).collect();
+        let pairs = laws.iter().zip(&untestable);
+        let testable: Vec<&Law> = pairs.filter(|(_, reason)| reason.is_none()).map(|(law, _)| *law).collect();
         let start = FitStart {
             parameters: task.prior.mean,
-            laws: Vec::new(),
+            laws: task.calibrated_laws(),
             variances: task.variances,
             random_effects: Vec::new(),
         };
         let (null, null_derivatives) = task.fit(start, ROUNDS);
         let grid = grid_of(task, &null, &testable);
-        let of_form = discrepancy.scores(&grid, task, &null, &null_derivatives);
+        let of_form = discrepancy
+            .map_or_else(|| vec![None; grid.len()], |known| known.scores(&grid, task, &null, &null_derivatives));
         Self {
             task,
             settings,
+            laws,
             untestable,
             testable,
             of_form,
@@ -226,7 +254,7 @@ impl<'a> Search<'a> {
     /// The laws that are not in force, best first; in the first round also the test of every law.
     fn rank(&mut self, scan: &Scan, round: usize) -> Vec<Ranked> {
         let mut ranking: Vec<Ranked> = Vec::new();
-        for (i, law) in self.settings.laws.iter().copied().enumerate() {
+        for (i, law) in self.laws.iter().copied().enumerate() {
             let (excess, minus_ln_p, p_runs) = self.best_of(scan, law);
             if round == 0 {
                 let p_model = scan.cells.p(excess, law.linear, p_runs.by_calibration);
@@ -239,7 +267,9 @@ impl<'a> Search<'a> {
                     why_untestable: self.untestable[i].clone(),
                 });
             }
-            if minus_ln_p > 0.0 && self.fit.laws.iter().all(|a| a.law != law) {
+            // A law of the finger may be stronger in the measured runs than the calibration lets it be.
+            let accepted = &self.fit.laws[self.task.finger_laws.len()..];
+            if minus_ln_p > 0.0 && accepted.iter().all(|a| a.law != law) {
                 ranking.push(Ranked { law, excess, minus_ln_p, p_runs });
             }
         }
@@ -339,7 +369,8 @@ impl<'a> Search<'a> {
 
     /// Least gain of a law beside those in force that modulate the same axis of the protocol.
     fn least_gain(&self, law: &Law) -> f64 {
-        let along = self.fit.laws.iter().zip(&self.evidence).filter(|(a, _)| same_axis(a.law, law));
+        let accepted = &self.fit.laws[self.task.finger_laws.len()..];
+        let along = accepted.iter().zip(&self.evidence).filter(|(a, _)| same_axis(a.law, law));
         along.map(|(_, e)| 0.10 * e.gain_2ll).fold(0.0, f64::max)
     }
 
@@ -353,8 +384,9 @@ impl<'a> Search<'a> {
     }
 
     fn finish(self) -> Selection {
-        let Self { null, null_derivatives, fit, derivatives, evidence, tests, grid, cells, .. } = self;
-        Selection { null, fit, null_derivatives, derivatives, evidence, tests, grid, cells }
+        let finger_laws = self.task.finger_laws.len();
+        let Self { null, null_derivatives, fit, derivatives, evidence, tests, grid, of_form, cells, .. } = self;
+        Selection { null, fit, null_derivatives, derivatives, finger_laws, evidence, tests, grid, of_form, cells }
     }
 }
 
@@ -366,18 +398,19 @@ fn eliminate(
     evidence: &mut Vec<LawEvidence>,
     runs: usize,
 ) {
-    if fit.laws.len() < 2 {
+    let own = task.finger_laws.len();
+    if evidence.len() < 2 {
         return;
     }
     let mut i = 0;
-    while i < fit.laws.len() {
+    while i < evidence.len() {
         let mut laws = fit.laws.clone();
-        laws.remove(i);
+        let law = laws.remove(own + i).law;
         let without = task.fit_near(FitStart { laws, ..FitStart::from(&*fit) }, derivatives, 9);
         let gain = without.minus_2ll - fit.minus_2ll;
         evidence[i].gain_2ll = gain.max(0.0);
-        let parameters = fit.laws[i].law.parameters.len();
-        if gain < (runs as f64).ln() * parameters as f64 && fit.laws.len() > 1 {
+        let parameters = law.parameters.len();
+        if gain < (runs as f64).ln() * parameters as f64 && evidence.len() > 1 {
             evidence.remove(i);
             *fit = without;
             *derivatives = task.derivatives_of(fit);

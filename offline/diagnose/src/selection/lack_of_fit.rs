@@ -206,15 +206,17 @@ fn share_of_most(values: impl Iterator<Item = f64>) -> f64 {
     squares[..squares.len() - few.min(squares.len())].iter().sum::<f64>() / (WITHIN_MOST * all).max(1e-300)
 }
 
-/// Whether the size of a law differs from run to run by more than its form's error: then it stands for something that is
-/// not recorded.
+/// Whether the size of an accepted law differs from run to run by more than its form's error: then it stands for something that
+/// is not recorded.
 fn is_uneven(task: &Task<'_>, fit: &Fit, projection: &Projection<'_>) -> bool {
     let columns = task.law_columns_of(fit);
-    let (mut uneven, mut place) = (false, 0);
-    for active in &fit.laws {
-        let (variance, standard_deviations) = projection.dispersion(&columns[place]);
+    let (own, accepted) = fit.laws.split_at(task.finger_laws.len());
+    let mut place: usize = own.iter().map(|active| active.values.len()).sum();
+    accepted.iter().any(|active| {
+        let sizes = &active.values[..active.law.linear];
+        let size = sizes.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let mut dispersions = columns[place..place + sizes.len()].iter().map(|column| projection.dispersion(column));
         place += active.values.len();
-        uneven |= standard_deviations > 6.0 && variance.max(0.0).sqrt() > 0.2 * active.values[0].abs();
-    }
-    uneven
+        dispersions.any(|(variance, deviations)| deviations > 6.0 && variance.max(0.0).sqrt() > 0.2 * size)
+    })
 }

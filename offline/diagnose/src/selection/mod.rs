@@ -10,6 +10,7 @@ pub mod alternative_drift;
 mod bases;
 pub mod competing;
 pub mod discrepancy;
+pub mod finger_laws;
 pub mod forward;
 pub mod lack_of_fit;
 pub mod scan;

@@ -5,6 +5,8 @@
 use fingerpad_smooth::{Parameter, ReferenceCurves};
 
 use crate::data::runs::RunSet;
+use crate::model::active_law::ActiveLaw;
+use crate::model::finger_law::FingerLaw;
 use crate::model::prediction::predict_runs;
 use crate::model::prior::{Drift, Prior, covariance_between_fingers, drift_covariance};
 use crate::model::random_effects::PerEffect;
@@ -16,8 +18,10 @@ use crate::statistics::task::Task;
 /// Parameters, noise and variances of the calibration runs.
 #[derive(Clone)]
 pub struct Calibration {
-    /// The optimum.
+    /// The optimum; its laws are the finger's own.
     pub fit: Fit,
+    /// Gain of each of these laws in 2 log likelihood.
+    pub law_gains_2ll: Vec<f64>,
     /// Row noise of normal, x, y.
     pub noise: [RowNoise; 3],
     /// By what factor the errors of many rows of a channel add up to more than those of independent rows: the finger model's error of form is
@@ -36,10 +40,13 @@ pub struct Calibration {
 const STARTING_VARIANCES: PerEffect = [4e-4, 4e-4, 1e-4, 4e-6, 4e-6, 4e-6];
 
 /// Fits the parameters to effect-free runs, alternating with the noise.
-pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
+///
+/// * `laws`: where the finger's own laws start
+pub fn calibrate(set: &RunSet, reference: &ReferenceCurves, laws: &[ActiveLaw]) -> Calibration {
     let mut noise = [RowNoise { additive_n: 0.004, multiplicative: 0.03 }; 3];
     let mut parameters = starting_point(set, reference);
     let mut variances = STARTING_VARIANCES;
+    let mut laws = laws.to_vec();
     let mut fit = None;
     let (mut misfit, mut correlation) = ([1.0; 3], [1.0; 3]);
     for round in 0..3 {
@@ -47,22 +54,24 @@ pub fn calibrate(set: &RunSet, reference: &ReferenceCurves) -> Calibration {
         let prediction = if round == 0 {
             set.runs.iter().flat_map(|r| r.force_n.iter().flatten().copied()).collect()
         } else {
-            predict_runs(&reference.model(&parameters), &set.runs)
+            predict_runs(&reference.model(&parameters), &set.runs, &laws)
         };
         let mut task =
             Task::new(&set.runs, reference, prior, correlated_sigma_of(&noise, &correlation, &prediction), variances);
         task.correlation = correlation;
         task.variances = STARTING_VARIANCES;
         task.variance_weight = 2.0;
-        let start = FitStart { parameters, laws: Vec::new(), variances, random_effects: Vec::new() };
+        let start = FitStart { parameters, laws, variances, random_effects: Vec::new() };
         let (result, _) = task.fit(start, if round == 0 { 25 } else { 8 });
         parameters = result.parameters;
+        laws = result.laws.clone();
         variances = result.variances;
         (noise, misfit, correlation) = row_noise(&task, &result);
         fit = Some(result);
     }
     Calibration {
         fit: fit.expect("three rounds"),
+        law_gains_2ll: Vec::new(),
         noise,
         correlation,
         misfit,
@@ -86,8 +95,29 @@ impl Calibration {
 
     /// The task of a set that was measured after the calibration.
     pub fn task<'a>(&self, set: &'a RunSet, reference: &'a ReferenceCurves) -> Task<'a> {
-        let Fit { parameters, variances, .. } = &self.fit;
-        Task::after_calibration(set, reference, self.prior(), parameters, (&self.noise, &self.correlation), *variances)
+        let known = (&self.noise, &self.correlation);
+        let mut task = Task::after_calibration(set, reference, self.prior(), &self.fit, known);
+        task.finger_laws = self.finger_laws();
+        task
+    }
+
+    /// The calibration runs as a task, at the optimum of which is `fit`.
+    pub fn own_task<'a>(&self, set: &'a RunSet, reference: &'a ReferenceCurves) -> Task<'a> {
+        let mut task = self.task(set, reference);
+        task.prior = Self::before(reference);
+        task.finger_laws.clear();
+        task
+    }
+
+    /// The laws that the calibration runs follow, as the finger has them in later files.
+    fn finger_laws(&self) -> Vec<FingerLaw> {
+        let mut place = Parameter::COUNT;
+        let of = |active: &ActiveLaw| {
+            let law = FingerLaw::new(active, &self.fit.covariance, place);
+            place += active.values.len();
+            law
+        };
+        self.fit.laws.iter().map(of).collect()
     }
 
     /// The same with another drift of the curves' shape.

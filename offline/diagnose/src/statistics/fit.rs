@@ -6,7 +6,7 @@
 use fingerpad_smooth::{Parameter, Parameters};
 use nalgebra::{DMatrix, DVector};
 
-use crate::model::active_law::{ActiveLaw, is_log, largest_step, set_fitted, to_fitted, weak_prior};
+use crate::model::active_law::{ActiveLaw, is_log, largest_step, set_fitted, to_fitted};
 use crate::model::random_effects::{MODEL_EFFECTS, PerEffect, RandomEffects};
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::precision::{Block, BlockProducts, Precision};
@@ -298,13 +298,13 @@ impl Task<'_> {
     }
 
     /// Distances from the priors' means over standard deviations: of the model's parameters, then of the laws'.
-    fn prior_residual(&self, parameters: &Parameters, laws: &[ActiveLaw]) -> Vec<f64> {
+    pub fn prior_residual(&self, parameters: &Parameters, laws: &[ActiveLaw]) -> Vec<f64> {
         let d = Parameter::all().map(|p| self.prior.mean[p] - parameters[p]);
         let mut rows: Vec<f64> =
             (&self.prior.root * DVector::from_iterator(Parameter::COUNT, d)).iter().copied().collect();
-        for active in laws {
+        for (place, active) in laws.iter().enumerate() {
             for k in 0..active.values.len() {
-                let (mean, sd) = weak_prior(active, k);
+                let (mean, sd) = self.law_prior(place, active, k);
                 rows.push((mean - to_fitted(active, k)) / sd);
             }
         }
@@ -336,12 +336,18 @@ impl Task<'_> {
         }
     }
 
+    /// Standard deviations of the priors of all parameters of laws, on their fitted scales.
+    pub fn sds_of_laws<'l>(&'l self, laws: &'l [ActiveLaw]) -> impl Iterator<Item = f64> + 'l {
+        let of =
+            move |(place, a): (usize, &'l ActiveLaw)| (0..a.values.len()).map(move |k| self.law_prior(place, a, k).1);
+        laws.iter().enumerate().flat_map(of)
+    }
+
     /// Adds the priors' part to the Hessian: RᵀR of the model's parameters, and that of each parameter of the laws.
     fn with_prior(&self, mut hessian: DMatrix<f64>, known: &DMatrix<f64>, laws: &[ActiveLaw]) -> DMatrix<f64> {
         let mut of_model = hessian.view_mut((0, 0), (Parameter::COUNT, Parameter::COUNT));
         of_model += known;
-        let sds = laws.iter().flat_map(|a| (0..a.values.len()).map(|k| weak_prior(a, k).1));
-        for (i, sd) in sds.enumerate() {
+        for (i, sd) in self.sds_of_laws(laws).enumerate() {
             hessian[(Parameter::COUNT + i, Parameter::COUNT + i)] += 1.0 / (sd * sd);
         }
         hessian
@@ -350,8 +356,7 @@ impl Task<'_> {
     /// The priors' part of the gradient.
     fn prior_gradient(&self, prior: &[f64], laws: &[ActiveLaw]) -> DVector<f64> {
         let of_model = self.prior.root.transpose() * DVector::from_column_slice(&prior[..Parameter::COUNT]);
-        let sds = laws.iter().flat_map(|a| (0..a.values.len()).map(|k| weak_prior(a, k).1));
-        let of_laws = prior[Parameter::COUNT..].iter().zip(sds).map(|(p, sd)| p / sd);
+        let of_laws = prior[Parameter::COUNT..].iter().zip(self.sds_of_laws(laws)).map(|(p, sd)| p / sd);
         DVector::from_iterator(prior.len(), of_model.iter().copied().chain(of_laws))
     }
 }

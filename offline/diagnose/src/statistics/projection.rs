@@ -1,6 +1,7 @@
 //! The linear picture at a fit: the residual and further columns, each with the nuisance directions projected out.
 //!
-//! Nuisance are the smooth model's parameters (with their prior) and the parameters of the laws in force. Everything that
+//! Nuisance are the smooth model's parameters and those of the finger's own laws (with their priors) and the parameters of
+//! the other laws in force. Everything that
 //! the selection computes of a candidate (gain, sign flips, separation from a competitor) is a product of projected columns.
 //!
 //! Main types: [`Projection`], [`ProjectedColumn`].
@@ -9,6 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use fingerpad_smooth::Parameter;
 
+use crate::model::active_law::ActiveLaw;
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::fit::Fit;
 use crate::statistics::precision::{Block, Precision};
@@ -25,12 +27,14 @@ pub struct Projection<'a> {
     residual: ProjectedColumn,
     nuisance: Vec<ProjectedColumn>,
     solver: Cholesky<f64, Dyn>,
+    /// How many rows the priors have.
+    prior_rows: usize,
 }
 
 /// A column without its part along the nuisance directions.
 #[derive(Clone, Debug)]
 pub struct ProjectedColumn {
-    /// Observations, then the prior's rows.
+    /// Observations, then the rows of the priors: of the model's parameters, then of the finger's own laws.
     values: Vec<f64>,
     /// Its projection on the random effects.
     on_random_effects: Vec<f64>,
@@ -61,26 +65,19 @@ impl<'a> Projection<'a> {
         let random_effects = &derivatives.random_effects;
         let precision = random_effects.precision(&fit.variances);
         let scaled: Vec<f64> = fit.residual_n.iter().zip(&task.sigma_n).map(|(r, s)| r / s).collect();
-        let root = &task.prior.root;
-        let pull = root
-            * DVector::from_iterator(
-                Parameter::COUNT,
-                Parameter::all().map(|p| task.prior.mean[p] - fit.parameters[p]),
-            );
-        let residual = ProjectedColumn::new(random_effects.observed(scaled), pull.as_slice(), &precision);
+        let own_laws = &fit.laws[..task.finger_laws.len()];
+        let pull = task.prior_residual(&fit.parameters, own_laws);
+        let residual = ProjectedColumn::new(random_effects.observed(scaled), &pull, &precision);
         let laws = Block::new(law_columns.into_iter().map(|c| random_effects.observed(c)).collect());
-        let gram = nuisance_gram(derivatives, &laws, &precision, root);
-        let of_parameters = derivatives.parameters.columns.iter().cloned().enumerate();
-        let nuisance = of_parameters
-            .map(|(k, column)| ProjectedColumn::new(column, root.column(k).as_slice(), &precision))
-            .chain(
-                laws.columns
-                    .into_iter()
-                    .map(|column| ProjectedColumn::new(column, &[0.0; Parameter::COUNT], &precision)),
-            )
-            .collect();
+        let root = prior_root(task, own_laws);
+        let gram = nuisance_gram(derivatives, &laws, &precision, &root);
+        let mut nuisance: Vec<ProjectedColumn> = Vec::new();
+        for (k, column) in derivatives.parameters.columns.iter().cloned().chain(laws.columns).enumerate() {
+            let prior = (0..pull.len()).map(|row| if k < root.ncols() { root[(row, k)] } else { 0.0 });
+            nuisance.push(ProjectedColumn::new(column, &prior.collect::<Vec<f64>>(), &precision));
+        }
         let solver = gram.cholesky().expect("ridged");
-        let mut projection = Self { task, derivatives, precision, residual, nuisance, solver };
+        let mut projection = Self { task, derivatives, precision, residual, nuisance, solver, prior_rows: pull.len() };
         projection.residual = projection.without_nuisance(projection.residual.clone());
         projection
     }
@@ -95,7 +92,7 @@ impl<'a> Projection<'a> {
     fn with_prior_rows(&self, column: &[f64]) -> ProjectedColumn {
         ProjectedColumn::new(
             self.derivatives.random_effects.observed(column.to_vec()),
-            &[0.0; Parameter::COUNT],
+            &vec![0.0; self.prior_rows],
             &self.precision,
         )
     }
@@ -206,18 +203,32 @@ fn slices(columns: &[ProjectedColumn], of: fn(&ProjectedColumn) -> &[f64]) -> Ve
     columns.iter().map(of).collect()
 }
 
-/// Products of the nuisance columns, of parameters (with their prior's rows) and laws, with a slight ridge.
+/// R with RᵀR = covariance⁻¹ of the priors: of the model's parameters, then of the finger's own laws.
+fn prior_root(task: &Task<'_>, own_laws: &[ActiveLaw]) -> DMatrix<f64> {
+    let sds: Vec<f64> = task.sds_of_laws(own_laws).collect();
+    let (n, all) = (Parameter::COUNT, Parameter::COUNT + sds.len());
+    let mut out = DMatrix::zeros(all, all);
+    out.view_mut((0, 0), (n, n)).copy_from(&task.prior.root);
+    for (i, sd) in sds.into_iter().enumerate() {
+        out[(n + i, n + i)] = 1.0 / sd;
+    }
+    out
+}
+
+/// Products of the nuisance columns, of parameters and laws, with those of their priors' rows and a slight ridge.
 fn nuisance_gram(derivatives: &Derivatives, laws: &Block, precision: &Precision, root: &DMatrix<f64>) -> DMatrix<f64> {
     let (n, m) = (Parameter::COUNT, laws.columns.len());
     let own = derivatives.parameters.weighed(precision);
     let mut gram = DMatrix::zeros(n + m, n + m);
-    gram.view_mut((0, 0), (n, n)).copy_from(&(&own.gram + root.transpose() * root));
+    gram.view_mut((0, 0), (n, n)).copy_from(&own.gram);
     if m > 0 {
         let across = derivatives.parameters.times(&own, precision, &laws.columns.iter().collect::<Vec<_>>());
         gram.view_mut((0, n), (n, m)).copy_from(&across);
         gram.view_mut((n, 0), (m, n)).copy_from(&across.transpose());
         gram.view_mut((n, n), (m, m)).copy_from(&laws.weighed(precision).gram);
     }
+    let mut with_prior = gram.view_mut((0, 0), root.shape());
+    with_prior += root.transpose() * root;
     for k in 0..n + m {
         gram[(k, k)] = gram[(k, k)] * (1.0 + 1e-9) + 1e-12;
     }

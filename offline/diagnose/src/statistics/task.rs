@@ -5,7 +5,8 @@
 use fingerpad_smooth::{Parameters, ReferenceCurves, SimulationInputs, Trajectories};
 
 use crate::data::runs::{Run, RunSet};
-use crate::model::active_law::ActiveLaw;
+use crate::model::active_law::{ActiveLaw, weak_prior};
+use crate::model::finger_law::FingerLaw;
 use crate::model::prediction::{Perturbation, changes, predict_runs, strokes_of};
 use crate::model::prior::Prior;
 use crate::model::random_effects::{PerEffect, RandomEffects};
@@ -27,6 +28,8 @@ pub struct Task<'a> {
     pub reference: &'a ReferenceCurves,
     /// Prior of the smooth model's parameters.
     pub prior: Prior,
+    /// The finger's own laws, the first ones in every fit.
+    pub finger_laws: Vec<FingerLaw>,
     /// Standard deviation of the row noise of every observation, N, with the factors for errors that are alike in neighbouring rows;
     /// `NO_READING_N` where a reading is left out.
     pub sigma_n: Vec<f64>,
@@ -61,6 +64,7 @@ impl<'a> Task<'a> {
             runs,
             reference,
             prior,
+            finger_laws: Vec::new(),
             sigma_n,
             correlation: [1.0; 3],
             variances,
@@ -72,22 +76,31 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// The task of a set after a calibration: the row noise is taken at the prediction with the calibrated parameters, and
-    /// the calibration's scatter between runs guides that of the set without binding it.
+    /// The task of a set after a calibration: the row noise is taken at the calibrated finger's prediction, and the
+    /// calibration's scatter between runs guides that of the set without binding it.
     pub fn after_calibration(
         set: &'a RunSet,
         reference: &'a ReferenceCurves,
         prior: Prior,
-        calibrated: &Parameters,
+        calibrated: &Fit,
         (noise, correlation): (&[RowNoise; 3], &[f64; 3]),
-        variances: PerEffect,
     ) -> Self {
-        let prediction = predict_runs(&reference.model(calibrated), &set.runs);
+        let prediction = predict_runs(&reference.model(&calibrated.parameters), &set.runs, &calibrated.laws);
         let sigma_n = correlated_sigma_of(noise, correlation, &prediction);
-        let mut task = Self::new(&set.runs, reference, prior, sigma_n, variances);
+        let mut task = Self::new(&set.runs, reference, prior, sigma_n, calibrated.variances);
         task.correlation = *correlation;
         task.variance_weight = CALIBRATION_WEIGHT;
         task
+    }
+
+    /// Mean and standard deviation of the prior of a parameter of the law at a place in a fit, on its fitted scale.
+    pub fn law_prior(&self, place: usize, active: &ActiveLaw, parameter: usize) -> (f64, f64) {
+        self.finger_laws.get(place).map_or_else(|| weak_prior(active, parameter), |law| law.prior(parameter))
+    }
+
+    /// The finger's own laws as they were calibrated, from which a fit without effects starts.
+    pub fn calibrated_laws(&self) -> Vec<ActiveLaw> {
+        self.finger_laws.iter().map(|law| law.active.clone()).collect()
     }
 
     /// Standard deviation of the row noise of one observation by itself, N.

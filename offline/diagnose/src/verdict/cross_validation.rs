@@ -70,7 +70,7 @@ pub fn on_file(
     let task = calibration.task(set, reference);
     let mut floor = ResidualSums::default();
     floor.add(noise_floor_n(&task, &full.parameters, &full.laws, variances).into_iter());
-    let calibrated = squares(&task, &task.predict(&calibration.fit.parameters, &[]));
+    let calibrated = squares(&task, &task.predict(&calibration.fit.parameters, &calibration.fit.laws));
     let before = squares(&task, &task.predict(&null.parameters, &null.laws));
     let after = squares(&task, &task.predict(&full.parameters, &full.laws));
     error_of("file", set.runs.len(), [calibrated, before, after], floor)
@@ -100,13 +100,13 @@ pub fn by_folds(
             task.fit(FitStart { random_effects, ..FitStart::from(from) }, 3).0
         };
         let plain = fitted(null);
-        let with = if full.laws.is_empty() { plain.clone() } else { fitted(full) };
+        let with = if full.laws.len() == null.laws.len() { plain.clone() } else { fitted(full) };
         let other = calibration.task(&test, reference);
         let add = |sum: &mut ResidualSums, parameters: &Parameters, laws: &[ActiveLaw]| {
             let prediction = other.predict(parameters, laws);
             sum.add(other.readings_n.iter().zip(&prediction).map(|(y, p)| y - p));
         };
-        add(&mut calibrated, &calibration.fit.parameters, &[]);
+        add(&mut calibrated, &calibration.fit.parameters, &calibration.fit.laws);
         add(&mut before, &plain.parameters, &plain.laws);
         add(&mut after, &with.parameters, &with.laws);
         floor.add(noise_floor_n(&other, &with.parameters, &with.laws, variances).into_iter());

@@ -67,8 +67,7 @@ fn discrepancy_of<'a>(
     reference: &'a ReferenceCurves,
     calibration: &Calibration,
 ) -> ModelDiscrepancy<'a> {
-    let mut task = calibration.task(set, reference);
-    task.prior = Calibration::before(reference);
+    let task = calibration.own_task(set, reference);
     let fit = calibration.fit.clone();
     let derivatives = task.derivatives_of(&fit);
     ModelDiscrepancy { task, fit, derivatives }
@@ -96,11 +95,11 @@ pub fn decide<'a>(
     settling.renew_evidence();
     let (lack_of_fit, expected_variances) = settling.left(&known);
     let Settling { task, selection, hypotheses, .. } = settling;
-    // Evidence for a law that no refit confirms is structure too.
-    let unclaimed = selection.fit.laws.is_empty() && selection.tests.iter().any(|t| t.significant);
+    // Evidence for a law that no refit confirms is structure too, unless a law that is too small to be named explains it.
+    let unclaimed = hypotheses.is_empty() && too_small.is_empty() && selection.tests.iter().any(|t| t.significant);
     let verdict = if lack_of_fit.significant || unclaimed {
         Verdict::UnexplainedStructure
-    } else if selection.fit.laws.is_empty() {
+    } else if hypotheses.is_empty() {
         Verdict::None
     } else if hypotheses.iter().any(|h| families(h).len() > 1) {
         Verdict::Ambiguous
@@ -168,12 +167,12 @@ impl<'a> Settling<'a> {
         settings: &SelectionSettings,
     ) -> (Self, Drift) {
         let mut task = calibration.task(set, reference);
-        let mut selection = select(&task, set, discrepancy, settings);
+        let mut selection = select(&task, set, settings.laws, Some(discrepancy), settings);
         let null = &selection.null;
         let alternative = AlternativeDrift::new(set, reference, calibration, &task, null, &selection.null_derivatives);
         // Without a law both are the same fit.
         let starts = [null, &selection.fit];
-        let drifted = starts[..1 + usize::from(!selection.fit.laws.is_empty())]
+        let drifted = starts[..1 + usize::from(!selection.accepted().is_empty())]
             .iter()
             .map(|fit| alternative.minus_2ll(FitStart::from(*fit), &selection.derivatives))
             .fold(f64::INFINITY, f64::min);
@@ -181,7 +180,7 @@ impl<'a> Settling<'a> {
         let alternative = (drift == Drift::Small).then_some(alternative);
         if drift == Drift::Allowed {
             task = calibration.drifting(drift).task(set, reference);
-            selection = select(&task, set, discrepancy, settings);
+            selection = select(&task, set, settings.laws, Some(discrepancy), settings);
         }
         (Self { set, task, selection, hypotheses: Vec::new(), alternative, settings: *settings }, drift)
     }
@@ -195,13 +194,13 @@ impl<'a> Settling<'a> {
                 task,
                 &selection.fit,
                 &selection.derivatives,
-                i,
-                &selection.grid,
+                selection.finger_laws + i,
+                (&selection.grid, &selection.of_form),
                 &testable,
                 self.alternative.as_ref(),
             )
         };
-        self.hypotheses = (0..selection.fit.laws.len()).map(of_place).collect();
+        self.hypotheses = (0..selection.accepted().len()).map(of_place).collect();
     }
 
     fn refit(&mut self, start: FitStart) {
@@ -232,7 +231,7 @@ impl<'a> Settling<'a> {
         let ln_area_sd = self.task.reference.ln_area_sd;
         loop {
             let gains: Vec<f64> = self.hypotheses.iter().map(|h| h.gain_2ll).collect();
-            let weak = without_amplitude(&self.selection.fit, &gains, self.set.runs.len(), ln_area_sd);
+            let weak = without_amplitude(&self.selection, &gains, self.set.runs.len(), ln_area_sd);
             let Some(i) = weak.last() else { break };
             self.drop_law(*i);
         }
@@ -248,15 +247,14 @@ impl<'a> Settling<'a> {
             let fit = &self.selection.fit;
             let with = self.task.predict(&fit.parameters, &fit.laws);
             let told = |i: usize| {
-                let mut others = fit.laws.clone();
-                let law = others.remove(i).law;
+                let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
                 let without = self.task.predict(&fit.parameters, &others);
                 let share = share_of_forces(self.set, &without, &with);
                 let in_air = minus_ln_p(gain_in_air(self.set, &without, &with), law.parameters.len());
                 let of_sensor = in_air > -against_calibration(&self.settings).ln();
                 TooSmall { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
             };
-            let small = (0..fit.laws.len()).map(|i| (i, told(i)));
+            let small = (0..self.hypotheses.len()).map(|i| (i, told(i)));
             let by_calibration = |i: usize| self.selection.evidence[i].p_runs.by_calibration;
             let small = small.filter(|(i, s)| {
                 (s.share < LEAST_SIZE && !s.of_sensor) || s.gain_2ll < least_gain(s.law, by_calibration(*i))
@@ -307,10 +305,9 @@ impl<'a> Settling<'a> {
     }
 
     fn drop_law(&mut self, i: usize) {
-        let mut laws = self.selection.fit.laws.clone();
-        let dropped = laws.remove(i).law;
+        let (laws, dropped) = self.selection.laws_without(i);
         self.selection.evidence.remove(i);
-        for test in self.selection.tests.iter_mut().filter(|t| t.law == dropped) {
+        for test in self.selection.tests.iter_mut().filter(|t| t.law == dropped.law) {
             test.significant = false;
         }
         self.refit(FitStart { laws, ..FitStart::from(&self.selection.fit) });
@@ -319,9 +316,9 @@ impl<'a> Settling<'a> {
 
     /// Takes the gain of each law over leaving it out as its evidence.
     fn renew_evidence(&mut self) {
-        let Selection { evidence, fit, cells, .. } = &mut self.selection;
+        let Selection { evidence, fit, finger_laws, cells, .. } = &mut self.selection;
         for ((LawEvidence { gain_2ll, p_model, p_runs }, hypotheses), active) in
-            evidence.iter_mut().zip(&self.hypotheses).zip(&fit.laws)
+            evidence.iter_mut().zip(&self.hypotheses).zip(&fit.laws[*finger_laws..])
         {
             *gain_2ll = hypotheses.gain_2ll;
             *p_model = cells.p(hypotheses.gain_2ll, active.law.parameters.len(), p_runs.by_calibration);
@@ -332,7 +329,7 @@ impl<'a> Settling<'a> {
 /// The law with the largest p, where that would not have been accepted.
 fn weakest(selection: &Selection, hypotheses: &[CompetingHypotheses], settings: &SelectionSettings) -> Option<usize> {
     let p = |i: usize| {
-        let parameters = selection.fit.laws[i].law.parameters.len();
+        let parameters = selection.accepted()[i].law.parameters.len();
         selection.cells.p(hypotheses[i].gain_2ll, parameters, selection.evidence[i].p_runs.by_calibration)
     };
     let level = |i: usize| {

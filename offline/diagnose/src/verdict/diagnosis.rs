@@ -20,7 +20,7 @@ use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{by_folds, noise_floor_n, on_file};
 use crate::verdict::decision::{Decision, decide, learn_corrections};
-use crate::verdict::effects_found::effects;
+use crate::verdict::effects_found::{calibrated_laws, effects};
 use crate::verdict::evidence::Evidence;
 use crate::verdict::exchanged;
 use crate::verdict::instrument::{self, Chosen};
@@ -73,7 +73,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         &options.errors,
         &options.own,
     )?);
-    let prepared = prepare(calibration_set, measured, reference)?;
+    let prepared = prepare(calibration_set, measured, reference, &options.settings)?;
     cautions.extend(prepared.cautions);
     let Prepared { calibration_set, measured, calibration, lag, .. } = prepared;
     let calibration = finite(calibration, &calibration_set)?;
@@ -159,6 +159,7 @@ pub fn diagnose<E: From<DiagnoseError>>(
         baseline: sections::baseline(decision, &calibration, &options.model),
         noise: sections::noise(&calibration),
         instrument: of_calibration.into_iter().chain(of_measured).collect(),
+        finger_laws: calibrated_laws(&calibration, reference.ln_area_sd),
         tests: sections::tests(decision),
         unexplained,
         holdout,
@@ -177,20 +178,20 @@ pub fn diagnose<E: From<DiagnoseError>>(
     let map_of = |decision: &Decision<'_>, set: &RunSet, fit: &Fit| {
         residual_map(set, &options.own, &decision.task.residual_without_random_effects_n(fit))
     };
-    let floor_n = noise_floor_n(&decision.task, &null.parameters, &[], expected);
+    let floor_n = noise_floor_n(&decision.task, &null.parameters, &null.laws, expected);
     let mut sets = vec![&calibration_set, set];
     sets.extend(held_out.as_ref());
     let own = with_ranges_of(&options.own, &sets);
     let evidence = Evidence {
         own,
-        traces: worst_traces(&decision.task, set, &calibration.fit.parameters, [null, full], &floor_n, 3),
+        traces: worst_traces(&decision.task, set, &calibration.fit, [null, full], &floor_n, 3),
         map_before: map_of(before, set_before, &before.selection.null),
         map_after: map_of(decision, set, full),
         drivers,
         parameters: full.parameters,
-        parameters_without_laws: null.parameters,
-        parameters_calibrated: calibration.fit.parameters,
         laws: full.laws.clone(),
+        parameters_before: null.parameters,
+        laws_before: null.laws.clone(),
         expected_variances: *expected,
         decided_set: corrected.clone(),
         checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),

@@ -7,24 +7,24 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::data::runs::RunSet;
 use crate::laws::{Place, Reported};
 use crate::model::active_law::{ActiveLaw, is_log};
-use crate::schema::{CandidateLaw, EffectFound, FittedParameter};
-use crate::statistics::fit::Fit;
+use crate::schema::{CandidateLaw, EffectFound, FingerLawFound, FittedParameter};
+use crate::selection::forward::Selection;
+use crate::statistics::calibration::Calibration;
 use crate::verdict::decision::{Decision, families};
 use crate::verdict::evidence::{DriverPlot, driver_plot};
 
 /// The claimed effects, strongest first, each with its figure.
 pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPlot>) {
-    let fit = &decision.selection.fit;
+    let selection = &decision.selection;
+    let fit = &selection.fit;
     let with = decision.task.predict(&fit.parameters, &fit.laws);
     let quantile = quantile(set.runs.len(), fit.laws.iter().map(|a| a.values.len()).sum());
-    let mut at = Parameter::COUNT;
+    let mut at = first_place(selection);
     let mut out: Vec<(EffectFound, DriverPlot)> = Vec::new();
     for (index, hypotheses) in decision.hypotheses.iter().enumerate() {
-        let active = &fit.laws[index];
-        let mut others = fit.laws.clone();
-        others.remove(index);
-        let without = decision.task.predict(&fit.parameters, &others);
-        let e = &decision.selection.evidence[index];
+        let (others, active) = &selection.laws_without(index);
+        let without = decision.task.predict(&fit.parameters, others);
+        let e = &selection.evidence[index];
         let effect = EffectFound {
             law: active.law.name.into(),
             family: active.law.family.into(),
@@ -63,14 +63,39 @@ pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<
     out.into_iter().unzip()
 }
 
-/// Laws of a fit whose linear parameters have intervals that all hold zero.
+/// The finger's own laws as calibrated.
+pub fn calibrated_laws(calibration: &Calibration, ln_area_sd: f64) -> Vec<FingerLawFound> {
+    let fit = &calibration.fit;
+    let quantile = quantile(calibration.runs, fit.laws.iter().map(|a| a.values.len()).sum());
+    let mut at = Parameter::COUNT;
+    let found = |(active, gain_2ll): (&ActiveLaw, &f64)| {
+        let parameters = parameters(active, &fit.covariance, at, quantile, ln_area_sd, *gain_2ll);
+        at += active.values.len();
+        FingerLawFound {
+            law: active.law.name.into(),
+            family: active.law.family.into(),
+            parameters,
+            gain_2ll: *gain_2ll,
+        }
+    };
+    fit.laws.iter().zip(&calibration.law_gains_2ll).map(found).collect()
+}
+
+/// Place of the first accepted law's first parameter in the covariance of the fit.
+fn first_place(selection: &Selection) -> usize {
+    let own = &selection.fit.laws[..selection.finger_laws];
+    Parameter::COUNT + own.iter().map(|active| active.values.len()).sum::<usize>()
+}
+
+/// Accepted laws whose linear parameters have intervals that all hold zero.
 ///
 /// * `gains_2ll`: gain of each law over leaving it out
-pub fn without_amplitude(fit: &Fit, gains_2ll: &[f64], runs: usize, ln_area_sd: f64) -> Vec<usize> {
+pub fn without_amplitude(selection: &Selection, gains_2ll: &[f64], runs: usize, ln_area_sd: f64) -> Vec<usize> {
+    let fit = &selection.fit;
     let quantile = quantile(runs, fit.laws.iter().map(|a| a.values.len()).sum());
-    let mut at = Parameter::COUNT;
+    let mut at = first_place(selection);
     let mut out = Vec::new();
-    for (index, active) in fit.laws.iter().enumerate() {
+    for (index, active) in selection.accepted().iter().enumerate() {
         // Amplitude and axis are fitted as two components; the amplitude is the first of what is reported.
         let amplitudes = if active.law.reported == Reported::AmplitudeAndAxis { 1 } else { active.law.linear };
         let told = parameters(active, &fit.covariance, at, quantile, ln_area_sd, gains_2ll[index]);

@@ -25,12 +25,12 @@ pub struct Evidence {
     pub traces: Vec<ForceTrace>,
     /// The smooth model's parameters, fitted with the claimed laws.
     pub parameters: Parameters,
-    /// The same, fitted without a law.
-    pub parameters_without_laws: Parameters,
-    /// The same of the calibration.
-    pub parameters_calibrated: Parameters,
-    /// Claimed laws.
+    /// The laws in force: the finger's own, then the claimed ones.
     pub laws: Vec<ActiveLaw>,
+    /// The smooth model's parameters, fitted without the claimed laws.
+    pub parameters_before: Parameters,
+    /// The laws in force then: the finger's own.
+    pub laws_before: Vec<ActiveLaw>,
     /// Laws of the user's own, with the ranges of their drivers in these sets.
     pub own: LawsFile,
     /// Noise, scatter and parameters of the calibration.
@@ -47,6 +47,13 @@ pub struct Evidence {
     pub checked_set: RunSet,
     /// Which of the two: `holdout` or `measured`.
     pub checked: String,
+}
+
+impl Evidence {
+    /// Whether any law is claimed.
+    pub fn has_claims(&self) -> bool {
+        self.laws.len() > self.laws_before.len()
+    }
 }
 
 /// Residual over a driver, for a figure.

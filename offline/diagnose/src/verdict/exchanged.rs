@@ -116,7 +116,7 @@ fn in_exchanged_roles(
     columns: &[Column],
 ) -> Option<(&'static str, f64)> {
     let Prepared { calibration_set, measured: mut set, calibration: fit, .. } =
-        prepare(measured, calibration, reference).ok()?;
+        prepare(measured, calibration, reference, settings).ok()?;
     let corrections = learn_corrections(&set, errors);
     corrections.iter().for_each(|c| c.apply(&mut set));
     let Decision { verdict, selection, hypotheses, .. } =
@@ -124,7 +124,7 @@ fn in_exchanged_roles(
     if !matches!(verdict, Verdict::Named | Verdict::Ambiguous) {
         return None;
     }
-    let laws = selection.fit.laws.iter().zip(&hypotheses).map(|(active, h)| (active.law, h.gain_2ll));
+    let laws = selection.accepted().iter().zip(&hypotheses).map(|(active, h)| (active.law, h.gain_2ll));
     let along = laws.filter(|(law, gain)| *gain >= LEAST_GAIN && law.drivers.iter().any(|d| columns.contains(d)));
     along.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(law, gain)| (law.name, gain))
 }

@@ -214,7 +214,7 @@ const SIZE_ERROR: f64 = 0.05;
 impl<'a> Source<'a> {
     fn new(again: &'a Redecision<'a>) -> Self {
         let task = again.calibration.task(again.set(), again.reference);
-        let plain_n = task.predict(&again.calibration.fit.parameters, &[]);
+        let plain_n = task.predict(&again.calibration.fit.parameters, &again.calibration.fit.laws);
         Self { again, task, plain_n }
     }
 
@@ -230,13 +230,14 @@ impl<'a> Source<'a> {
 
     /// A law of this size with a drawn shape and sign.
     fn effect(&self, law: &'static Law, size: f64, draw: &mut Draw) -> Option<ActiveLaw> {
-        let parameters = &self.again.calibration.fit.parameters;
+        let calibrated = &self.again.calibration.fit;
         for _ in 0..DRAWS {
             let unit = drawn(law, draw);
             let mut factor = 1.0;
             for _ in 0..8 {
                 let active = scaled(&unit, factor);
-                let with_n = self.task.predict(parameters, std::slice::from_ref(&active));
+                let laws = [calibrated.laws.as_slice(), std::slice::from_ref(&active)].concat();
+                let with_n = self.task.predict(&calibrated.parameters, &laws);
                 let found = size_p90(self.again.set(), &self.plain_n, &with_n);
                 if (found / size - 1.0).abs() < SIZE_ERROR {
                     return Some(active);
@@ -261,7 +262,8 @@ impl<'a> Source<'a> {
             truth.runs.iter().map(|_| variances.map(|variance| variance.sqrt() * draw.normal())).collect();
         let inside: RandomEffects = effects.iter().map(|e| std::array::from_fn(|k| e[k])).collect();
         let task = calibration.task(&truth, reference);
-        let prediction_n = task.predict_at(&parameters, laws, &inside);
+        let laws = [calibration.fit.laws.as_slice(), laws].concat();
+        let prediction_n = task.predict_at(&parameters, &laws, &inside);
         // Errors that are alike in neighbouring rows: a first-order process with the same sum.
         let follows = calibration.correlation.map(|factor| (factor - 1.0) / (factor + 1.0));
         let mut out = self.again.set().clone();

@@ -3,7 +3,7 @@
 //! Main types: [`Prepared`], [`Cautions`].
 
 use fingerpad_formats::significant;
-use fingerpad_smooth::{Parameters, ReferenceCurves};
+use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::lag::{Lag, with_lag};
 use crate::data::outliers::{Flags, at_rail, count, rails, spikes, without};
@@ -12,9 +12,10 @@ use crate::error::DiagnoseError;
 use crate::model::prediction::predict_runs;
 use crate::model::row_noise::{RowNoise, sigma_of};
 use crate::schema::Caution;
-use crate::selection::acceptance::LARGEST_P_ALONG_STROKE;
+use crate::selection::acceptance::{LARGEST_P_ALONG_STROKE, SelectionSettings};
+use crate::selection::finger_laws::with_finger_laws;
 use crate::statistics::calibration::{Calibration, calibrate};
-use crate::statistics::fit::FitStart;
+use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::lag::{LagEstimate, estimate};
 
 /// Names of the channels' columns.
@@ -36,7 +37,7 @@ pub struct Prepared {
     pub cautions: Vec<Caution>,
 }
 
-/// Leaves out readings at a rail and spikes, and calibrates.
+/// Leaves out readings at a rail and spikes, and calibrates, the finger's own laws among what is calibrated.
 ///
 /// # Errors
 /// [`DiagnoseError`] where too little is left, or the calibration has no likelihood.
@@ -44,27 +45,29 @@ pub fn prepare(
     calibration: &RunSet,
     measured: &RunSet,
     reference: &ReferenceCurves,
+    settings: &SelectionSettings,
 ) -> Result<Prepared, DiagnoseError> {
     let mut cautions: Vec<Caution> = few_runs_cautions(calibration, measured).collect();
     let railed_off = off_rails(calibration, "calibration", &mut cautions)?;
     let mut calibration_set = railed_off.clone();
-    let mut found = calibrate(&calibration_set, reference);
+    let mut found = calibrate(&calibration_set, reference, &[]);
     let mut flagged = Flags::new();
     for _ in 0..ROUNDS {
-        let now = spikes_of(&railed_off, &found.fit.parameters, &found.noise, reference);
+        let now = spikes_of(&railed_off, &found.fit, &found.noise, reference);
         if now == flagged || (flagged.is_empty() && count(&now) == 0) {
             break;
         }
         calibration_set = without(&railed_off, &now);
-        found = calibrate(&calibration_set, reference);
+        found = calibrate(&calibration_set, reference, &[]);
         flagged = now;
     }
     cautions.extend(spike_caution("calibration", count(&flagged), railed_off.rows()));
     let lag = lag_of_calibration(&calibration_set, &found, reference);
     if let Some(found_lag) = &lag {
         calibration_set = with_lag(&calibration_set, found_lag.lag);
-        found = calibrate(&calibration_set, reference);
+        found = calibrate(&calibration_set, reference, &[]);
     }
+    found = with_finger_laws(&calibration_set, reference, found, settings);
     let measured = clean(&with_lag(measured, lag_of(&lag)), "measured", &found, reference, &mut cautions)?;
     Ok(Prepared { calibration_set, measured, calibration: found, lag, cautions })
 }
@@ -93,13 +96,13 @@ pub fn clean(
     cautions: &mut Vec<Caution>,
 ) -> Result<RunSet, DiagnoseError> {
     let off = off_rails(set, role, cautions)?;
-    let flagged = spikes_of(&off, &calibration.fit.parameters, &calibration.noise, reference);
+    let flagged = spikes_of(&off, &calibration.fit, &calibration.noise, reference);
     cautions.extend(spike_caution(role, count(&flagged), off.rows()));
     Ok(without(&off, &flagged))
 }
 
-fn spikes_of(set: &RunSet, parameters: &Parameters, noise: &[RowNoise; 3], reference: &ReferenceCurves) -> Flags {
-    let prediction = predict_runs(&reference.model(parameters), &set.runs);
+fn spikes_of(set: &RunSet, fit: &Fit, noise: &[RowNoise; 3], reference: &ReferenceCurves) -> Flags {
+    let prediction = predict_runs(&reference.model(&fit.parameters), &set.runs, &fit.laws);
     let readings = set.runs.iter().flat_map(|r| r.force_n.iter().flatten());
     let residual: Vec<f64> = readings.zip(&prediction).map(|(y, p)| y - p).collect();
     spikes(set, &residual, &sigma_of(noise, &prediction))

@@ -36,6 +36,7 @@ pub fn next_experiment(
         for competitor in &place.candidates[1..] {
             if !seen.contains(&competitor.active.law.family) {
                 seen.push(competitor.active.law.family);
+                let index = decision.selection.finger_laws + index;
                 pairs.push(HypothesisPair { index, competitor: &competitor.active });
             }
         }
@@ -49,7 +50,7 @@ pub fn disagreement(decision: &Decision<'_>, set: &RunSet, own: &LawsFile) -> Di
     let (mut rms, mut floor) = (ResidualSums::default(), ResidualSums::default());
     let residual_n = decision.task.residual_without_random_effects_n(null);
     rms.add(residual_n.iter().copied());
-    floor.add(noise_floor_n(&decision.task, &null.parameters, &[], &decision.expected_variances).into_iter());
+    floor.add(noise_floor_n(&decision.task, &null.parameters, &null.laws, &decision.expected_variances).into_iter());
     let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
     Disagreement {
         ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),

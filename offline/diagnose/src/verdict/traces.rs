@@ -2,10 +2,7 @@
 //!
 //! Main type: [`ForceTrace`].
 
-use fingerpad_smooth::Parameters;
-
 use crate::data::runs::RunSet;
-use crate::model::active_law::ActiveLaw;
 use crate::statistics::fit::Fit;
 use crate::statistics::task::Task;
 
@@ -25,13 +22,12 @@ pub struct ForceTrace {
 pub fn worst_traces(
     task: &Task<'_>,
     set: &RunSet,
-    calibrated: &Parameters,
+    calibrated: &Fit,
     [null, full]: [&Fit; 2],
     floor_n: &[f64],
     most: usize,
 ) -> Vec<ForceTrace> {
-    let of = |parameters: &Parameters, laws: &[ActiveLaw]| task.predict(parameters, laws);
-    let models = [of(calibrated, &[]), of(&null.parameters, &null.laws), of(&full.parameters, &full.laws)];
+    let models = [calibrated, null, full].map(|fit| task.predict(&fit.parameters, &fit.laws));
     let misses = |run: usize| {
         let mut squares: Vec<f64> = task
             .layout

@@ -2,8 +2,8 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, InputFile, InstrumentLag, LawsFile, OwnFormula,
-    Verdict,
+    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, FingerLawFound, FittedParameter, InputFile,
+    InstrumentLag, LawsFile, OwnFormula, Verdict,
 };
 
 /// A law's or a family's name in running text.
@@ -116,7 +116,28 @@ pub fn input(file: &InputFile) -> String {
 
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
-    answer(report) + &outside_note(report) + &instrument_note(report)
+    answer(report) + &outside_note(report) + &finger_note(report) + &instrument_note(report)
+}
+
+/// A sentence about the laws that the calibration runs follow.
+fn finger_note(report: &Diagnosis) -> String {
+    let with_values = |law: &FingerLawFound| {
+        let value = |p: &FittedParameter| {
+            let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+            format!("{} {}{unit}", plain(without_unit(&p.name)), significant(p.value, 3))
+        };
+        let values: Vec<String> = law.parameters.iter().map(value).collect();
+        format!("{} ({})", plain(&law.law), values.join(", "))
+    };
+    let laws: Vec<String> = report.finger_laws.iter().map(with_values).collect();
+    if laws.is_empty() {
+        return String::new();
+    }
+    format!(
+        " The calibration runs show {} too: that belongs to the finger, the model has it in every file, and it does not count as \
+         missing.",
+        laws.join(" and ")
+    )
 }
 
 /// Sentences about lags between forces and positions.
