@@ -4,7 +4,7 @@
 //! Main types: [`CompetingHypotheses`], [`CompetingLaw`].
 
 use crate::data::runs::Run;
-use crate::laws::{Change, Law, Place};
+use crate::laws::{Change, Column, Law, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, columns_of, scored};
@@ -206,11 +206,19 @@ impl<'a> Comparison<'a> {
     }
 
     /// Part of a law's gain in the place over none there that an error of the baseline's form explains, by the law's best shape
-    /// of the grid.
+    /// of the grid. Where the effect-free runs cannot show the law itself (they have one hold, say), those along the same stroke
+    /// stand for it.
     fn gain_of_form(&self, with: &Fit, law: &Law) -> f64 {
-        let scored = self.by_data.iter().filter(|s| self.grid[s.grid_point].start.law == law);
-        let scored = scored.filter_map(|s| Some((s.score.as_ref()?, self.of_form[s.grid_point].as_ref())));
-        let Some((score, of_form)) = scored.max_by(|a, b| a.0.gain().total_cmp(&b.0.gain())) else { return 0.0 };
+        let known = |s: &&ScoredGridPoint| s.score.is_some() && self.of_form[s.grid_point].is_some();
+        let law_of = |s: &ScoredGridPoint| self.grid[s.grid_point].start.law;
+        let along_slide = |law: &Law| law.drivers.contains(&Column::Slide);
+        let of_law = self.by_data.iter().filter(|s| law_of(s) == law).filter(known);
+        let alike = self.by_data.iter().filter(|s| along_slide(law) && along_slide(law_of(s))).filter(known);
+        let gain = |s: &&ScoredGridPoint| s.score.as_ref().map_or(0.0, Score::gain);
+        let best = |a: &&ScoredGridPoint, b: &&ScoredGridPoint| gain(a).total_cmp(&gain(b));
+        let Some(scored) = of_law.max_by(best).or_else(|| alike.max_by(best)) else { return 0.0 };
+        let Some(score) = &scored.score else { return 0.0 };
+        let of_form = self.of_form[scored.grid_point].as_ref();
         let share = 1.0 - (score.excess(of_form) / score.gain().max(1e-9)).clamp(0.0, 1.0);
         share * (self.without.minus_2ll - with.minus_2ll).max(0.0)
     }
