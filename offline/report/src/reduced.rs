@@ -3,12 +3,14 @@
 //! Main types: [`ReducedReport`], [`PathPair`]; [`render_reduced`] makes page, numbers and figures. Computes nothing
 //! but histograms.
 
+use maud::{DOCTYPE, PreEscaped, html};
 use plotters_backend::BackendColor;
 use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Panel, legend_text};
 use super::canvas::{self, Canvas, Drawn, Figure, Line, Marker, Text};
 use super::colour::{ESTIMATE, GREY, INK, SERIES};
+use super::html::{STYLE, address};
 use super::{Rendered, ReportError};
 
 /// One row of a path: position, and the results of each model.
@@ -356,37 +358,29 @@ pub fn render_reduced(report: &ReducedReport) -> Result<Rendered, ReportError> {
 }
 
 fn page(report: &ReducedReport, figures: &[(String, Vec<u8>, &str)]) -> String {
-    use base64::Engine as _;
-    use std::fmt::Write as _;
-    let escape = |t: &str| t.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let mut out = format!(
-        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>fingerpad: the reduced model</title>\
-         <style>{}</style><body><main><h1>The reduced model against the finite-element model</h1>\n",
-        include_str!("page.css")
-    );
-    out.push_str("<table>");
-    for (i, row) in report.table.iter().enumerate() {
-        let tag = if i == 0 { "th" } else { "td" };
-        let _ = write!(out, "<tr>");
-        for cell in row {
-            let _ = write!(out, "<{tag}>{}</{tag}>", escape(cell));
+    let (head, rows) = report.table.split_at(report.table.len().min(1));
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                title { "fingerpad: the reduced model" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    h1 { "The reduced model against the finite-element model" }
+                    table {
+                        @for row in head { tr { @for cell in row { th { (cell) } } } }
+                        @for row in rows { tr { @for cell in row { td { (cell) } } } }
+                    }
+                    @for (name, png, caption) in figures {
+                        figure { img alt=(name) style="max-width:100%" src=(address(png)); figcaption { (caption) } }
+                    }
+                    dl { @for (name, value) in &report.provenance { dt { (name) } dd { (value) } } }
+                }
+            }
         }
-        let _ = writeln!(out, "</tr>");
-    }
-    out.push_str("</table>\n");
-    for (name, png, caption) in figures {
-        let data = base64::engine::general_purpose::STANDARD.encode(png);
-        let _ = writeln!(
-            out,
-            "<figure><img alt=\"{name}\" style=\"max-width:100%\" src=\"data:image/png;base64,{data}\">\
-             <figcaption>{}</figcaption></figure>",
-            escape(caption)
-        );
-    }
-    out.push_str("<dl>");
-    for (name, value) in &report.provenance {
-        let _ = write!(out, "<dt>{}</dt><dd>{}</dd>", escape(name), escape(value));
-    }
-    out.push_str("</dl></main></body></html>\n");
-    out
+    };
+    page.into_string()
 }

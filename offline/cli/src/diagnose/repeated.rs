@@ -225,7 +225,7 @@ pub fn on_page(html: &str, report: &Diagnosis) -> String {
         )
     });
     let below = report.power.as_ref().map_or_else(String::new, power_table) + &picture;
-    let at_verdict = html.find("<p class=\"verdict\">").and_then(|from| Some(from + html[from..].find("</p>\n")? + 5));
+    let at_verdict = html.find("<p class=\"verdict\">").and_then(|from| Some(from + html[from..].find("</p>")? + 4));
     let at_end = html.find("<footer>").or(html.find("</main>"));
     match (at_verdict, at_end) {
         (Some(verdict), Some(end)) if verdict <= end => {

@@ -9,19 +9,15 @@ mod page;
 mod residual_map;
 mod words;
 
-use super::{Rendered, ReportError, canvas, canvas::Figure, html::Picture};
+use super::html::{Picture, wide_and_narrow};
+use super::{Rendered, ReportError, canvas, canvas::Figure};
 use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
 pub use words::{cautions, summary, word};
 
 /// A figure as a PNG file and as an image in the page: once for wide windows, once for narrow ones.
 fn drawn<F: Figure>(figure: impl Fn(bool) -> F) -> Result<(Vec<u8>, String), ReportError> {
     let (wide, narrow) = (figure(false), figure(true));
-    let in_page = format!(
-        "<div class=\"wide\">{}</div>\n<div class=\"narrow\">{}</div>\n",
-        canvas::svg(&wide)?,
-        canvas::svg(&narrow)?
-    );
-    Ok((canvas::png(&wide)?, in_page))
+    Ok((canvas::png(&wide)?, wide_and_narrow(canvas::svg(&wide)?, canvas::svg(&narrow)?)))
 }
 
 /// Makes page, numbers and figures.

@@ -16,7 +16,7 @@ mod words;
 use serde::Serialize;
 
 use super::canvas;
-use super::html::Picture;
+use super::html::{Picture, wide_and_narrow};
 use super::{Check, Provenance, Rendered, ReportError};
 use fingerpad_fe::load_path::{Cost, Response, Trajectory, Work};
 use fingerpad_fe::mesh::Mesh;
@@ -105,10 +105,10 @@ pub fn render(report: &SimulationReport, mesh: &Mesh) -> Result<Rendered, Report
     let along = |width| along::Along { responses: &trajectory.responses, marks: &marks, width };
     let loops = |width| loops::Loops { responses: &trajectory.responses, marks: &marks, width };
     let [wide, narrow] = [along::WIDE, along::NARROW];
-    let mut add = |name: &str, title: &str, caption: String, png: Vec<u8>, svg: [String; 2]| {
+    let mut add = |name: &str, title: &str, caption: String, png: Vec<u8>, [wide, narrow]: [String; 2]| {
         files.push((format!("{name}.png"), png.clone()));
-        let svg = format!("<div class=\"wide\">{}</div>\n<div class=\"narrow\">{}</div>\n", svg[0], svg[1]);
-        pictures.push(Picture { name: name.into(), title: title.into(), caption, png, svg: Some(svg) });
+        let svg = Some(wide_and_narrow(wide, narrow));
+        pictures.push(Picture { name: name.into(), title: title.into(), caption, png, svg });
     };
     add(
         "along",

@@ -1,15 +1,15 @@
 //! The page of a diagnosis of a table: one number first, then the cells, the candidates, and the next experiment.
 
-use std::fmt::Write as _;
+use maud::{Markup, html};
 
 use crate::diagnosis::word;
-use crate::html::{Picture, STYLE, cell, escape, figure, fonts, prose};
+use crate::html::{Picture, cell, difference, document, figures, prose, table};
 use crate::numbers::{fixed, signed, significant};
 use fingerpad_diagnose::Verdict;
 use fingerpad_table::{CandidateReport, Finding, QUANTITIES, TableSection};
 
 /// The page as one file.
-pub fn page(finding: &Finding, pictures: &[Picture]) -> String {
+pub fn page(finding: &Finding, pictures: &[Picture; 2]) -> String {
     let (report, section) = (&finding.report.diagnosis, &finding.report.table);
     let title = match report.verdict {
         Verdict::None => "The finite elements explain the table",
@@ -19,57 +19,52 @@ pub fn page(finding: &Finding, pictures: &[Picture]) -> String {
     };
     let files: Vec<&str> = report.input.iter().map(|f| f.file.as_str()).collect();
     let fe = &section.finite_elements;
-    let mut out = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width, initial-scale=1\">\n<title>fingerpad diagnose: {title}</title>\n<style>\n{STYLE}{}</style>\n\
-         </head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n<p class=\"meta\">{} · shape {} · mesh {} ({} nodes) · fingerpad {}</p>\n\
-         </header>\n<p class=\"verdict\">{}</p>\n<p>Verdict: <code>{}</code></p>\n",
-        fonts(),
-        escape(&files.join(" · ")),
-        escape(&fe.shape),
-        escape(&fe.mesh_preset),
-        fe.nodes,
-        escape(&report.version),
-        prose(&first_sentence(section)),
-        word(report),
-    );
-    figure(&mut out, 1, &pictures[0]);
-    out += &steps(section);
-    out += &cells(section);
-    figure(&mut out, 2, &pictures[1]);
-    out += &candidates(section);
-    for (heading, sentences) in [
-        ("What this table does not determine", &section.cannot_tell),
-        ("The experiment that would decide", &section.decides),
-    ] {
-        let _ = writeln!(out, "<h2>{heading}</h2>\n<ul>");
-        for sentence in sentences {
-            let _ = writeln!(out, "<li>{}</li>", prose(sentence));
+    let [force, area, friction] = fe.regression_percent.map(|percent| fixed(percent, 1));
+    let main = html! {
+        main {
+            header {
+                h1 { (title) }
+                p.meta {
+                    (files.join(" · ")) " · shape " (fe.shape) " · mesh " (fe.mesh_preset) " (" (fe.nodes) " nodes)"
+                    " · fingerpad " (report.version)
+                }
+            }
+            p.verdict { (prose(&first_sentence(section))) }
+            p { "Verdict: " code { (word(report)) } }
+            (figures(1, &pictures[..1]))
+            (steps(section))
+            (cells(section))
+            (figures(2, &pictures[1..]))
+            (candidates(section))
+            (sentences("What this table does not determine", &section.cannot_tell))
+            (sentences("The experiment that would decide", &section.decides))
+            @if let Some(plan) = &report.next_experiment {
+                @let depths = plan.runs.iter().filter_map(|r| r.depth_mm).map(|d| format!("{} mm", fixed(d, 2)));
+                p {
+                    "Strokes, after 60 s of rest each: " (prose(&depths.collect::<Vec<_>>().join(", "))) ". In "
+                    code { "next_experiment.csv" } "."
+                }
+            }
+            footer {
+                h2 { "Basis of this result" }
+                p {
+                    (fe.computed) " steady slides by finite elements were computed; a regression through them (off by "
+                    (force) " % in normal force, " (area) " % in area, " (friction) " % in friction) carried the fits, \
+                     whose ends were computed by finite elements again. Every number stands in " code { "report.json" }
+                    ", the table side by side in " code { "side_by_side.csv" } ", without what the instruments add in "
+                    code { "corrected_table.csv" } ", finger and law in " code { "corrected.toml" } "."
+                }
+            }
         }
-        out += "</ul>\n";
+    };
+    document(&format!("fingerpad diagnose: {title}"), main)
+}
+
+fn sentences(heading: &str, sentences: &[String]) -> Markup {
+    html! {
+        h2 { (heading) }
+        ul { @for sentence in sentences { li { (prose(sentence)) } } }
     }
-    if let Some(plan) = &report.next_experiment {
-        let depths: Vec<String> =
-            plan.runs.iter().filter_map(|r| r.depth_mm).map(|d| format!("{} mm", fixed(d, 2))).collect();
-        let _ = writeln!(
-            out,
-            "<p>Strokes, after 60 s of rest each: {}. In <code>next_experiment.csv</code>.</p>",
-            prose(&depths.join(", "))
-        );
-    }
-    let _ = writeln!(
-        out,
-        "<footer>\n<h2>Basis of this result</h2>\n<p>{} steady slides by finite elements were computed; a regression through \
-         them (off by {} % in normal force, {} % in area, {} % in friction) carried the fits, whose ends were computed by \
-         finite elements again. Every number stands in <code>report.json</code>, the table side by side in \
-         <code>side_by_side.csv</code>, without what the instruments add in <code>corrected_table.csv</code>, finger and law in \
-         <code>corrected.toml</code>.</p>\n</footer>\n</main>\n</body>\n</html>",
-        fe.computed,
-        fixed(fe.regression_percent[0], 1),
-        fixed(fe.regression_percent[1], 1),
-        fixed(fe.regression_percent[2], 1),
-    );
-    out
 }
 
 /// The number that matters, in one sentence.
@@ -107,87 +102,70 @@ fn value(p: &fingerpad_diagnose::FittedParameter) -> String {
     .into()
 }
 
-fn steps(section: &TableSection) -> String {
-    let mut out =
-        "<h2>The gap, step by step</h2>\n<table>\n<thead><tr><th class=\"name\">free parameters</th><th>numbers fitted</th>\
-                   <th>gap, %</th></tr></thead>\n<tbody>\n"
-            .to_owned();
-    for step in &section.steps {
-        let _ = writeln!(
-            out,
-            "<tr><td>{}</td>{}{}</tr>",
-            prose(&step.words),
-            cell(&step.freedoms.to_string()),
-            cell(&fixed(step.rms_percent, 1))
-        );
-    }
+fn steps(section: &TableSection) -> Markup {
     let (p, c) = (&section.published, &section.corrected);
-    let _ = writeln!(
-        out,
-        "</tbody>\n</table>\n<p>λ {} → {} MPa<sup>1−β</sup>, β {} → {}, τ₀ {} → {} kPa, stiffness factor {} → {}, depth offset {} → \
-         {} mm.</p>",
-        significant(p.lambda, 3),
-        significant(c.lambda, 3),
-        fixed(p.beta, 2),
-        fixed(c.beta, 2),
-        fixed(1e3 * p.tau0_mpa, 2),
-        fixed(1e3 * c.tau0_mpa, 2),
-        fixed(section.calibrated_stiffness, 3),
-        fixed(section.corrected_stiffness, 3),
-        signed(section.calibrated_depth_offset_mm, 3),
-        signed(section.corrected_depth_offset_mm, 3),
-    );
-    out
-}
-
-fn cells(section: &TableSection) -> String {
-    let mut out = "<h2>Cell by cell</h2>\n<table>\n<thead><tr><th>depth<br>mm</th><th class=\"name\">quantity</th><th>measured</th>\
-                   <th>published</th><th>gap, %</th><th>calibrated</th><th>gap, %</th><th>corrected</th><th>gap, %</th>\
-                   <th>measured without<br>the instruments' share</th></tr></thead>\n<tbody>\n"
-        .to_owned();
-    for c in &section.cells {
-        let decimals = if c.quantity == QUANTITIES[1] { 1 } else { 3 };
-        let pair = |model: f64, percent: f64| {
-            cell(&fixed(model, decimals)) + &cell(&signed(percent, 1)).replace("\"num\"", "\"num diff\"")
-        };
-        let name = c.quantity.trim_end_matches("_n").trim_end_matches("_mm2").replace('_', " ");
-        let _ = writeln!(
-            out,
-            "<tr>{}<td>{}</td>{}{}{}{}{}</tr>",
-            cell(&fixed(c.depth_mm, 2)),
-            escape(&name),
-            cell(&fixed(c.measured, decimals)),
-            pair(c.as_given, c.as_given_percent),
-            pair(c.calibrated, c.calibrated_percent),
-            pair(c.corrected, c.corrected_percent),
-            cell(&fixed(c.measured_corrected, decimals)),
-        );
+    let heads = html! { th.name { "free parameters" } th { "numbers fitted" } th { "gap, %" } };
+    let rows = html! {
+        @for step in &section.steps {
+            tr { td { (prose(&step.words)) } (cell(step.freedoms)) (cell(fixed(step.rms_percent, 1))) }
+        }
+    };
+    html! {
+        h2 { "The gap, step by step" }
+        (table(heads, rows))
+        p {
+            "λ " (significant(p.lambda, 3)) " → " (significant(c.lambda, 3)) " MPa" sup { "1−β" }
+            ", β " (fixed(p.beta, 2)) " → " (fixed(c.beta, 2))
+            ", τ₀ " (fixed(1e3 * p.tau0_mpa, 2)) " → " (fixed(1e3 * c.tau0_mpa, 2)) " kPa"
+            ", stiffness factor " (fixed(section.calibrated_stiffness, 3)) " → " (fixed(section.corrected_stiffness, 3))
+            ", depth offset " (signed(section.calibrated_depth_offset_mm, 3)) " → "
+            (signed(section.corrected_depth_offset_mm, 3)) " mm."
+        }
     }
-    out + "</tbody>\n</table>\n"
 }
 
-fn candidates(section: &TableSection) -> String {
+fn cells(section: &TableSection) -> Markup {
+    let heads = html! {
+        th { "depth" br; "mm" } th.name { "quantity" } th { "measured" }
+        @for model in ["published", "calibrated", "corrected"] { th { (model) } th { "gap, %" } }
+        th { "measured without" br; "the instruments' share" }
+    };
+    let rows = html! {
+        @for c in &section.cells {
+            @let decimals = if c.quantity == QUANTITIES[1] { 1 } else { 3 };
+            tr {
+                (cell(fixed(c.depth_mm, 2)))
+                td { (c.quantity.trim_end_matches("_n").trim_end_matches("_mm2").replace('_', " ")) }
+                (cell(fixed(c.measured, decimals)))
+                (cell(fixed(c.as_given, decimals))) (difference(c.as_given_percent))
+                (cell(fixed(c.calibrated, decimals))) (difference(c.calibrated_percent))
+                (cell(fixed(c.corrected, decimals))) (difference(c.corrected_percent))
+                (cell(fixed(c.measured_corrected, decimals)))
+            }
+        }
+    };
+    html! { h2 { "Cell by cell" } (table(heads, rows)) }
+}
+
+fn candidates(section: &TableSection) -> Markup {
     let mut list: Vec<&CandidateReport> = section.candidates.iter().collect();
     list.sort_by(|a, b| a.effects.len().cmp(&b.effects.len()).then(a.delta_2le.total_cmp(&b.delta_2le)));
-    let mut out = "<h2>Every candidate, alone and in pairs</h2>\n<details><summary>Table</summary>\n<table>\n<thead><tr><th class=\"name\">\
-                   candidate</th><th class=\"name\">values</th><th>numbers<br>fitted</th><th>gap left, %</th><th>alone, %</th><th>depths left<br>out, %</th>\
-                   <th>evidence<br>behind best</th><th>explained as<br>much by</th><th class=\"name\">ends by</th></tr></thead>\n<tbody>\n"
-        .to_owned();
-    for c in list {
-        let values: Vec<String> = c.parameters.iter().map(value).collect();
-        let _ = writeln!(
-            out,
-            "<tr><td>{}</td><td>{}</td>{}{}{}{}{}{}<td>{}</td></tr>",
-            escape(&c.name.replace('+', " + ")),
-            prose(&values.join(", ")),
-            cell(&c.freedoms.to_string()),
-            cell(&fixed(c.rms_percent, 1)),
-            cell(&fixed(c.alone_rms_percent, 1)),
-            cell(&c.left_out_rms_percent.map_or_else(|| "–".into(), |v| fixed(v, 1))),
-            cell(&fixed(c.delta_2le, 1)),
-            cell(&format!("{} others", c.explains_as_much.len())),
-            if c.by_finite_elements { "finite elements" } else { "regression" },
-        );
-    }
-    out + "</tbody>\n</table>\n</details>\n"
+    let heads = html! {
+        th.name { "candidate" } th.name { "values" } th { "numbers" br; "fitted" } th { "gap left, %" } th { "alone, %" }
+        th { "depths left" br; "out, %" } th { "evidence" br; "behind best" } th { "explained as" br; "much by" }
+        th.name { "ends by" }
+    };
+    let rows = html! {
+        @for c in list {
+            tr {
+                td { (c.name.replace('+', " + ")) }
+                td { (prose(&c.parameters.iter().map(value).collect::<Vec<_>>().join(", "))) }
+                (cell(c.freedoms)) (cell(fixed(c.rms_percent, 1))) (cell(fixed(c.alone_rms_percent, 1)))
+                (cell(c.left_out_rms_percent.map_or_else(|| "–".into(), |v| fixed(v, 1))))
+                (cell(fixed(c.delta_2le, 1))) (cell(format!("{} others", c.explains_as_much.len())))
+                td { (if c.by_finite_elements { "finite elements" } else { "regression" }) }
+            }
+        }
+    };
+    html! { h2 { "Every candidate, alone and in pairs" } details { summary { "Table" } (table(heads, rows)) } }
 }
