@@ -228,7 +228,7 @@ const NAMES: &[&str] = &[
     "evidence.png",
     "heldout.png",
     "confirmation.png",
-    repeated::STABILITY_PICTURE,
+    "stability.svg",
     "forces.png",
     "table.png",
     "candidates.png",
@@ -568,8 +568,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     println!("{}", report::diagnosis::summary(&report));
     before.and_then(|before| progress_since(&before, &report)).iter().for_each(|sentence| println!("{sentence}"));
-    report.stability.iter().for_each(|found| println!("{}", repeated::stability_sentence(found)));
-    report.power.iter().for_each(|found| println!("{}", repeated::power_sentence(found, &report)));
+    report::diagnosis::repetitions(&report).for_each(|sentence| println!("{sentence}"));
     report.corrected_tables.iter().for_each(|table| println!("{CORRECTED}: {table}"));
     match &report.power {
         Some(found) if found.interrupted => {
@@ -610,13 +609,10 @@ fn write_reduced(
 }
 
 fn write(args: &Args, report: &Diagnosis, evidence: &Evidence, model: Option<&[u8]>) -> Result<(), Failure> {
-    let mut rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
-    rendered.html = repeated::on_page(&rendered.html, report);
-    let picture = report.stability.as_ref().map(repeated::stability_picture);
-    let picture = picture.map(|svg| (repeated::STABILITY_PICTURE.to_owned(), svg.into_bytes()));
+    let rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
     let plan = report.next_experiment.as_ref().filter(|_| report.verdict == Verdict::Ambiguous);
     let model = model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec()));
-    write_files(args, args.out(), rendered, plan, model.into_iter().chain(picture).collect())
+    write_files(args, args.out(), rendered, plan, model.into_iter().collect())
 }
 
 /// Writes a diagnosis in place of the folder's earlier one, the page last.

@@ -112,7 +112,12 @@ pub(super) fn figures(first: usize, pictures: &[Picture]) -> Markup {
 
 /// Begin of an `<svg>` with a label.
 fn labelled(label: &str) -> String {
-    format!("<svg aria-label=\"{}\" ", html! { (label) }.into_string())
+    format!("<svg aria-label=\"{}\" ", escape(label))
+}
+
+/// Escapes text for SVG.
+pub(super) fn escape(text: &str) -> String {
+    html! { (text) }.into_string()
 }
 
 /// Heads of columns with numbers.

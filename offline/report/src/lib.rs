@@ -224,7 +224,7 @@ pub struct Rendered {
     pub html: String,
     /// `report.json`: every number that the page shows.
     pub json: String,
-    /// The figures: file name and PNG bytes.
+    /// The figures, PNG or SVG: file name and bytes.
     pub figures: Vec<(String, Vec<u8>)>,
 }
 

@@ -1,17 +1,20 @@
 //! A diagnosis becomes a page, its numbers and its figures.
 //!
-//! Main functions: [`render`], [`summary`] (the lines that the command prints), [`plan_csv`] (the next experiment).
+//! Main functions: [`render`], [`summary`] and [`repetitions`] (the lines that the command prints), [`plan_csv`] (the next
+//! experiment).
 //! Computes only sums of its inputs. May use: diagnose.
 
 mod figures;
 mod force_plots;
 mod page;
+mod repeated;
 mod residual_map;
 mod words;
 
 use super::html::{Picture, wide_and_narrow};
 use super::{Rendered, ReportError, canvas, canvas::Figure};
 use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
+pub use repeated::sentences as repetitions;
 pub use words::{cautions, summary, word};
 
 /// A figure as a PNG file and as an image in the page: once for wide windows, once for narrow ones.
@@ -75,6 +78,9 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
             drawn(figure)?,
         );
     }
+    files.extend(
+        report.stability.iter().map(|s| ("stability.svg".to_owned(), repeated::stability_picture(s).into_bytes())),
+    );
     let json = serde_json::to_string_pretty(report)? + "\n";
     Ok(Rendered { html: page::page(report, &pictures), json, figures: files })
 }

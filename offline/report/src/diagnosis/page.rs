@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::words;
+use super::{repeated, words};
 use crate::html::{Picture, captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{Diagnosis, EffectFound};
@@ -27,6 +27,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
             }
             p.number { (prose(&words::number(report))) }
             p.verdict { (prose(&words::verdict(report))) }
+            @for sentence in repeated::sentences(report) { p.meta { (sentence) } }
             @if let Some((_, caution)) = red { p.warning { (prose(caution)) } }
             (figures(1, first))
             (effects(report))
@@ -37,6 +38,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
             section { (figures(2, rest)) }
             (next(report))
             section.tables { (regions(report)) (noise(report)) }
+            (repeated::section(report))
             footer { (basis()) }
         }
     };

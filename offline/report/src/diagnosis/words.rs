@@ -266,7 +266,12 @@ fn answer(report: &Diagnosis) -> String {
 
 /// Name of the verdict in the report.
 pub fn word(report: &Diagnosis) -> &'static str {
-    match report.verdict {
+    name(report.verdict)
+}
+
+/// Name of a verdict in a report.
+pub fn name(verdict: Verdict) -> &'static str {
+    match verdict {
         Verdict::None => "none",
         Verdict::Named => "named",
         Verdict::Ambiguous => "ambiguous",
