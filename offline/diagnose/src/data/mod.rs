@@ -6,6 +6,7 @@
 pub mod checks;
 pub mod clock;
 pub mod column_map;
+mod column_places;
 pub mod content;
 pub mod covariates;
 pub mod csv_text;
@@ -13,6 +14,7 @@ pub mod lag;
 pub mod outliers;
 pub mod own_columns;
 pub mod rotation;
+mod run_assembler;
 pub mod runs;
 pub mod runs_csv;
 pub mod suspicions;
