@@ -7,16 +7,16 @@ use crate::tuning::Units;
 
 use super::vector::{Vec3, cross, plus, times};
 
-/// The surface of a rigid body, as a pad needs it.
+/// The surface of a rigid body.
 ///
-/// The overlap must be a differentiable function of the place and its gradient the exact one: forces follow from it, and a wrong
-/// gradient makes a contact that yields work.
+/// The overlap must be a differentiable function of the place, and the gradient must be exact. Forces follow from both; a contact with
+/// an inexact gradient yields work.
 pub trait Surface<T> {
-    /// How far a place lies below the surface, mm (negative outside), and how that changes with the place: a unit vector into the body.
+    /// Distance of a place below the surface, mm (negative outside), and its gradient: a unit vector into the body.
     fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]);
     /// Height of the surface over a place of the tangent plane at the apex, mm.
     fn height(&self, place: [T; 2]) -> T;
-    /// Whether it is the same everywhere, so that the origin may be moved along it.
+    /// Whether the surface is a plane, so that its origin may be moved along it.
     fn is_plane(&self) -> bool {
         false
     }
@@ -96,7 +96,7 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
     }
 }
 
-/// Two planes that meet in a rounded edge, which points at the finger.
+/// Two plane faces that meet in a rounded edge, which points at the finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge<T = f32> {
     /// Radius of the rounding, mm, above 0.
@@ -119,12 +119,12 @@ impl<T: Elementary> Edge<T> {
 
 /// Cosine and sine of an angle in degrees.
 fn direction<T: Elementary>(deg: T) -> [T; 2] {
-    // A degree in rad: 180 exactly is half a turn in double precision too.
+    // In this order 180 degrees are exactly half a turn in double precision too.
     let (sin, cos) = (deg / T::of(180.0) * T::half_turn()).sin_cos();
     [cos, sin]
 }
 
-/// A body that is chosen while the program runs.
+/// A body that is chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Body<T = f32> {
     /// A plane.
@@ -165,7 +165,7 @@ impl<T: Scalar> Surface<T> for Edge<T> {
         let [face_cos, face_sin] = self.face;
         let (u, up) = (cos * place[1] - sin * place[0], place[2] + self.radius_mm);
         let far = u.magnitude();
-        // On the rounding where the direction from its middle is steeper than the face's normal.
+        // The place is beside the rounding where its direction from the rounding's centre is steeper than the normal of the face.
         let on_arc = up > T::of(0.0) && far * face_cos <= up * face_sin;
         let (overlap, out) = if on_arc {
             let distance = length([u, T::of(0.0)], up);
@@ -189,6 +189,7 @@ impl<T: Scalar> Surface<T> for Edge<T> {
     }
 }
 
+/// Sign of a radius: 1 for a convex body, -1 for a concave one.
 fn side<T: Scalar>(radius: T) -> T {
     if radius < T::of(0.0) { T::of(-1.0) } else { T::of(1.0) }
 }
@@ -198,28 +199,31 @@ fn length<T: Scalar>([x, y]: [T; 2], z: T) -> T {
     (x * x + y * y + z * z + T::of(f32::MIN_POSITIVE)).magnitude().sqrt()
 }
 
-/// Height of a circle through the origin whose middle lies at -radius, from the square of the distance from its apex.
+/// Height of a circle through the origin whose centre lies at -radius, from the square of the distance from its apex.
 fn arc<T: Scalar>(radius: T, square: T) -> T {
     let rest = (radius * radius - square).not_negative().magnitude().sqrt();
     -side(radius) * square / (radius.magnitude() + rest)
 }
 
-/// Points that stand for a patch on a curved body: three to either side of its middle, body's axes, mm.
+/// Quadrature points of a patch on a curved body, relative to its middle: these three and their negatives, body's axes, mm.
 pub(crate) type Sides<T> = [Vec3<T>; 3];
 
-/// How the overlap differs within a patch: the moment of its mean slope about the middle, the mean square of the overlap about its mean,
-/// and the slope and moment of half of that.
+/// Variation of the overlap within a patch.
 #[derive(Clone, Copy)]
 pub(crate) struct Spread<T> {
+    /// Mean moment of the gradients of the overlap about the middle of the patch, mm.
     pub moment: Vec3<T>,
+    /// Variance of the overlap, mm².
     pub variance: T,
+    /// Gradient of half the variance, mm.
     pub variance_slope: Vec3<T>,
+    /// Derivative of half the variance over a rotation about the middle, mm².
     pub variance_moment: Vec3<T>,
 }
 
-/// Mean overlap of a patch at a place, mm, and its slope.
+/// Mean overlap of a patch at a place, mm, and its gradient.
 ///
-/// On a plane the overlap is that of the middle. On a curved body the skin beside it is farther away or nearer.
+/// On a plane this is the overlap of the middle. On a curved body it is the mean over the quadrature points.
 #[inline(always)]
 pub(crate) fn mean<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> (T, Vec3<T>) {
     if body.is_plane() {
@@ -237,7 +241,7 @@ pub(crate) fn mean<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &S
     (overlap, slope)
 }
 
-/// The spread of the overlap within a patch at a place.
+/// Variation of the overlap within a patch at a place.
 pub(crate) fn spread<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> Spread<T> {
     let sixth = T::of(1.0 / 6.0);
     let (overlap, _) = mean(body, place, sides);
@@ -257,10 +261,10 @@ pub(crate) fn spread<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: 
     out
 }
 
-/// Where the slope of a body is taken, mm beside its apex.
+/// Distance from the apex at which the slope of a body is taken, mm.
 const BESIDE_MM: f32 = 2.0;
 
-/// Mean slope from the apex of a body to points beside it; 0 for a plane.
+/// Mean slope of a body between its apex and four points around it; 0 for a plane.
 pub(crate) fn steepness<T: Scalar>(body: &impl Surface<T>) -> T {
     if body.is_plane() {
         return T::of(0.0);
@@ -272,13 +276,13 @@ pub(crate) fn steepness<T: Scalar>(body: &impl Surface<T>) -> T {
     sum.magnitude() * T::of(0.25 / BESIDE_MM)
 }
 
-/// The point of the surface over a place of the tangent plane.
+/// The point of the surface over a place of the tangent plane, mm.
 #[inline(always)]
 pub(crate) fn point<T: Scalar>(body: &impl Surface<T>, place: [T; 2]) -> Vec3<T> {
     [place[0], place[1], body.height(place)]
 }
 
-/// A body in the units of the fitted finger.
+/// A body in the units of the fitted finger, for a tuned pad.
 pub(crate) struct InUnits<'a, B, T> {
     body: &'a B,
     length: T,

@@ -1,4 +1,4 @@
-//! The numbers of a pad.
+//! The fitted numbers of a pad.
 //!
 //! Main types: [`Patch`], [`Numbers`], [`Law`], [`Pad`].
 
@@ -15,36 +15,38 @@ use super::{FIRST_TOUCH_TERMS, MODES};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Patch<T = f32> {
-    /// Its middle in the undeformed finger, mm.
+    /// Position of its middle in the undeformed finger, mm.
     pub middle_mm: Vec3<T>,
     /// Its area, mm².
     pub area_mm2: T,
-    /// Root L of the second moment L L' of its points about the middle, over its area, mm: the lower triangle, row by row.
+    /// Cholesky factor L of the second moment L L' of its points about the middle, per area, mm: the lower triangle, row by row.
     pub spread_mm: [T; 6],
-    /// How it moves along x, y and z with each coordinate of the bulk, mm per root of mJ.
+    /// Displacement along x, y and z per unit of each coordinate of the bulk, mm/sqrt(mJ).
     pub modes: [Bulk<T>; 3],
-    /// What the bulk leaves of its compliance along its normal and across, mm/N.
+    /// Local compliance along its normal and across, mm/N: the part of its compliance that the bulk does not represent.
     pub compliance_mm_per_n: [T; 2],
 }
 
-/// What holds for the finger as a whole.
+/// Numbers of the finger as a whole.
 ///
-/// The bulk's energy at rest is half the sum of the squares of its coordinates, mJ: the modes carry the stiffness.
+/// The energy of the bulk at small loads is half the sum of the squares of its coordinates, mJ; its stiffness is in the scale of the modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Numbers<T = f32> {
-    /// Translation (mm) and rotation vector (rad) of the rigid motion nearest to that of the patches, per coordinate of the bulk.
+    /// Translation (mm) and rotation vector (rad) of the rigid motion that is closest to the motion of the patches, per coordinate of the
+    /// bulk.
     pub rigid: [Bulk<T>; 6],
-    /// Mean square of the skin's displacement, mm² per mJ, by which the bulk stiffens: the lower triangle, row by row. Displacement along
-    /// the skin's normal counts most, and skin near the middle of the fingertip more than skin at its rim.
+    /// Weighted mean square of the skin's displacement (squash) as a quadratic form of the bulk's coordinates, mm²/mJ: the lower triangle,
+    /// row by row. The bulk stiffens with it. Displacement along the skin's normal has the largest weight, and skin near the middle of the
+    /// fingertip has more than skin at its rim.
     pub squash: Packed<T>,
-    /// Largest displacement of a patch per change of the bulk, at most, mm per root of mJ: see [`Patch::reach`].
+    /// Upper bound of [`Patch::reach`] over all patches, mm/sqrt(mJ).
     pub reach: T,
-    /// Point about which the rotation of `rigid` is taken, mm.
+    /// Centre of the rotation of `rigid`, mm.
     pub middle_mm: Vec3<T>,
     /// Height of the plane at first touch, mm: coefficients of [`first_touch_terms`].
     pub first_touch_mm: [T; FIRST_TOUCH_TERMS],
-    /// Pitch in which the axes of the finger are those of the plane, degrees.
+    /// Pitch at which the axes of the finger are parallel to those of the plane, degrees.
     pub neutral_pitch_deg: T,
     /// Least and largest pitch of the fit, degrees.
     pub pitch_range_deg: [T; 2],
@@ -52,48 +54,48 @@ pub struct Numbers<T = f32> {
     pub roll_max_deg: T,
     /// Largest depth of the fit, mm.
     pub depth_max_mm: T,
-    /// Half-width of the normal force's 95 % band over the force, a parabola in the stick ratio (in full slip, and the factors of the
-    /// ratio and of its square), in the neutral pose; and what another pose adds to it.
+    /// Half-width of the 95 % band of the normal force over the force: a parabola in the stick ratio (constant, factors of the ratio and
+    /// of its square). First for the neutral pose, then the addition for other poses.
     pub band_normal: [[T; 3]; 2],
-    /// Half-width of friction's band over the strength, likewise.
+    /// Half-width of the 95 % band of friction over the strength, in the same form.
     pub band_friction: [[T; 3]; 2],
-    /// What a curved body adds to both bands (normal force, friction), per slope of its surface 2 mm beside the apex.
+    /// Addition to both bands (normal force, friction) on a curved body, per slope of its surface 2 mm beside the apex.
     pub band_body: [T; 2],
-    /// What depth adds to both bands, per mm beyond 2.6 mm.
+    /// Addition to both bands per mm of depth beyond 2.6 mm.
     pub band_deep: [T; 2],
-    /// What is added to both bands (normal force, friction) in any case, N: it decides where the contact is light. In the neutral pose, and
-    /// what another pose adds to it.
+    /// Constant addition to both bands (normal force, friction), N; it dominates in light contacts. First for the neutral pose, then the
+    /// addition for other poses.
     pub band_light_n: [[T; 2]; 2],
-    /// What was fitted.
+    /// The numbers that are fitted to nonlinear runs.
     pub law: Law<T>,
 }
 
-/// What is fitted to nonlinear runs.
+/// The numbers that are fitted to nonlinear runs of the finite elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Law<T = f32> {
-    /// Root of the bulk's compliance across and along the body's normal over that at rest.
+    /// Square root of the bulk's compliance over that at small loads: across the body's normal and along it.
     pub softness: [T; 2],
-    /// The bulk's energy grows with the cube of the mean squash q, mJ/mm³, times exp(growth q²): rate and growth, 1/mm².
+    /// Energy of stiffening, rate q³ exp(growth q²) of the root q of the squash, mm: rate, mJ/mm³, and growth, 1/mm².
     pub stiffening: [T; 2],
-    /// Pressure at which a patch touches as a whole, MPa: constant, and per spread over size.
+    /// Pressure at which the whole patch touches, MPa: a constant, and a factor of the spread of the gaps over the size of the patch.
     pub flattening_mpa: [T; 2],
-    /// Area in contact of a patch: over its own at most; force at which it reaches that, over the force at which it touches as a whole;
-    /// exponent of the force below.
+    /// Area of a patch in contact: its largest value over the patch's own area; the force at which it is reached over the force at which
+    /// the whole patch touches; the exponent of the force below that.
     pub area: [T; 3],
-    /// Strength of friction lambda sigma^beta: lambda, MPa^(1 - beta), and beta.
+    /// Strength lambda sigma^beta of friction: lambda, MPa^(1 - beta), and beta.
     pub friction: [T; 2],
-    /// Exponent of the slipping share of a patch whose load grows.
+    /// Exponent n of the slipping share u^n of a patch under growing load, where u is friction over strength.
     pub onset: T,
-    /// What the rigid motion of the bulk adds in second order to the place of every patch, along z and along x: of the six products of
-    /// (t_x, t_z, r_y) and of (t_y, r_x, r_z), each in the order 00, 11, 22, 01, 02, 12; 1/mm, 1 or mm.
+    /// Second-order displacement of all patches along z and along x due to the rigid motion of the bulk: coefficients of the six products
+    /// of (t_x, t_z, r_y) and of (t_y, r_x, r_z), each in the order 00, 11, 22, 01, 02, 12; 1/mm, 1 or mm.
     pub lift: [[T; 12]; 2],
-    /// Share of the second order of the bulk's rotation that patches follow.
+    /// Factor of the second-order term of the bulk's rotation in the displacement of the patches.
     pub turn: T,
 }
 
-/// Terms of the height of first touch: products of the normal's x and of the square of its y, in the finger's frame.
+/// Terms of the height of first touch: products of powers of x and of y², the components of the plane's normal in the finger's frame.
 pub fn first_touch_terms<T: Scalar>(x: T, y: T) -> [T; FIRST_TOUCH_TERMS] {
     let one = T::of(1.0);
     let y = y * y;
@@ -136,7 +138,7 @@ mod plain {
 }
 
 impl<T: Scalar> Patch<T> {
-    /// Bound of its displacement per change of the bulk: the root of the sum of the squares of its modes, mm per root of mJ.
+    /// Bound of its displacement per change of the bulk: the Frobenius norm of its modes, mm/sqrt(mJ).
     pub fn reach(&self) -> T {
         self.modes.iter().fold(T::of(0.0), |sum, row| sum + along(row, row)).magnitude().sqrt()
     }
@@ -195,14 +197,14 @@ impl Numbers {
 pub struct Pad<'a, T = f32> {
     /// The patches.
     pub patches: &'a [Patch<T>],
-    /// What holds for all of them.
+    /// Numbers of the finger as a whole.
     pub numbers: &'a Numbers<T>,
     /// Units of the finger over those of the numbers; see [`Pad::tuned`].
     pub(crate) units: Units<T>,
 }
 
 impl<'a, T: Scalar> Pad<'a, T> {
-    /// A pad on these numbers, as they are.
+    /// The pad of the fitted finger.
     pub fn new(patches: &'a [Patch<T>], numbers: &'a Numbers<T>) -> Self {
         Self { patches, numbers, units: Units::fitted() }
     }
@@ -226,7 +228,7 @@ impl<'a, T: Scalar> Pad<'a, T> {
         self.fitted_first_touch_mm(normal) * self.units.length
     }
 
-    /// The same of the fitted finger.
+    /// The same for the fitted finger, in its units.
     pub(crate) fn fitted_first_touch_mm(&self, normal: &[T; 3]) -> T {
         let terms = first_touch_terms(normal[0], normal[1]);
         let mut sum = T::of(0.0);

@@ -1,4 +1,4 @@
-//! The bulk in equilibrium with what the patches bear.
+//! Equilibrium of the bulk with the forces on the patches.
 //!
 //! Main type: [`Equations`]. Uses patch and vector.
 
@@ -9,81 +9,90 @@ use crate::math::{Elementary, Scalar};
 use super::body::{Surface, mean, point};
 use super::patch::Compressed;
 use super::vector::{
-    Bulk, Mat3, Packed, Rounded, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, solve,
-    symmetric, times, turned, turned_back, zeros,
+    Bulk, Mat3, Packed, Rounded, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, rotated,
+    rotated_back, solve, symmetric, times, zeros,
 };
 use super::{Law, MODES, Numbers, PadState, Patch};
 
-/// Most rounds of a step, and most halvings of a round.
-const ROUNDS: usize = 16;
+/// Largest number of iterations of a step.
+const ITERATIONS: usize = 16;
+/// Largest number of halvings in the line search of an iteration.
 const HALVINGS: usize = 6;
-/// Change of the bulk below which it is in equilibrium, over its size, and the least size that counts, roots of mJ.
+/// Change of the bulk over its size below which it is in equilibrium.
 const TOLERANCE: f32 = 2e-4;
+/// Lower bound of the size in that quotient, sqrt(mJ).
 const LEAST_SIZE: f32 = 3e-3;
-/// Longest way of a round beyond the size of the bulk, roots of mJ.
+/// Longest step of an iteration beyond the size of the bulk, sqrt(mJ).
 const LONGEST: f32 = 2.0;
-/// Change below which a step that runs out of rounds is still near enough.
-const MET: f32 = 3e-3;
-/// A round that leaves more than this share of the misfit before it needs a new factor of the stiffness. A step computes at most
-/// `FACTORS` of them.
-const KEPT: f32 = 0.4;
+/// Relative change below which a solution is accepted when the iterations are used up.
+const ACCEPTED: f32 = 3e-3;
+/// An iteration that leaves more than this share of the residual requires a new factor of the stiffness.
+const SLOW: f32 = 0.4;
+/// Largest number of factors that a step computes.
 const FACTORS: usize = 2;
 
-/// Where the body is: from the finger's frame to that of the body.
+/// Transformation from the finger's frame to that of the body.
 pub(crate) struct Frame<T> {
+    /// Rotation.
     pub axes: Mat3<T>,
-    /// The same for displacements, softened.
+    /// Rotation of displacements, times the softness of the bulk.
     pub soft: Mat3<T>,
-    /// The body's apex in that frame's axes from the pivot.
+    /// The body's apex relative to the pivot, body's axes, mm.
     pub apex: Vec3<T>,
+    /// Centre of rotation of poses, finger's frame, mm.
     pub pivot: Vec3<T>,
 }
 
 /// A patch that may touch in a step.
-pub(crate) struct Awake<'a, T> {
-    /// Its place among the patches of the pad.
+pub(crate) struct ActivePatch<'a, T> {
+    /// Its index in the pad.
     pub index: usize,
     pub patch: &'a Patch<T>,
-    pub placed: Placed<T>,
-    pub acting: Acting<T>,
+    pub placed: PlacedPatch<T>,
+    pub contact: PatchContact<T>,
 }
 
-/// A patch in a place of the body: what does not change within a step.
-pub(crate) struct Placed<T> {
+/// The quantities of a patch that are constant within a step.
+pub(crate) struct PlacedPatch<T> {
     pub compressed: Compressed<T>,
     /// Place of the undeformed patch, body's frame, mm.
     pub place: Vec3<T>,
-    /// Where it is held and the direction into the body there.
+    /// Anchor, body's frame, mm.
     pub anchor: Vec3<T>,
+    /// Direction into the body at the anchor.
     pub inward: Vec3<T>,
 }
 
-/// A patch in a state of the bulk.
-pub(crate) struct Acting<T> {
-    /// Whether it touches; the rest is read only then, but for place and overlap.
+/// The contact of a patch at given coordinates of the bulk.
+pub(crate) struct PatchContact<T> {
+    /// Whether it touches. If not, only place and overlap are valid.
     pub touches: bool,
+    /// Place of the middle, body's frame, mm.
     pub place: Vec3<T>,
+    /// Mean overlap, mm.
     pub overlap: T,
-    /// Slope of the overlap: the direction into the body, the mean of it on a curved one.
+    /// Gradient of the overlap: the direction into the body, on a curved body the mean over the patch.
     pub inward: Vec3<T>,
+    /// Normal force, N, and its derivative over the overlap, N/mm.
     pub force: T,
     pub slope: T,
+    /// Strength, N.
     pub strength: T,
-    /// See [`super::patch::Borne::below`].
+    /// See [`super::patch::PatchForce::below`].
     pub below: T,
-    /// From the skin to the anchor along the surface, mm, and its length.
+    /// Vector from the skin to the anchor along the surface, mm, and its length.
     pub stretch: Vec3<T>,
     pub length: T,
-    /// Stretch at which friction meets the strength, mm.
+    /// Length of the stretch at which friction reaches the strength, mm.
     pub bound: T,
     /// Friction over stretch, N/mm.
     pub grip: T,
-    /// Force on the skin through the softened axes of the finger, N.
+    /// Generalised force on the skin in the finger's frame: the force on it times the transpose of [`Frame::soft`], N.
     pub pull: Vec3<T>,
 }
 
-impl<T: Scalar> Acting<T> {
-    pub fn nothing() -> Self {
+impl<T: Scalar> PatchContact<T> {
+    pub fn without_contact() -> Self {
         let zero = T::of(0.0);
         Self {
             touches: false,
@@ -103,7 +112,7 @@ impl<T: Scalar> Acting<T> {
     }
 }
 
-/// Equations of the bulk in a place of the body.
+/// Equations of equilibrium of the bulk at a given pose of the body.
 pub(crate) struct Equations<'a, T, B> {
     pub numbers: &'a Numbers<T>,
     pub body: &'a B,
@@ -116,73 +125,76 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         &self.numbers.law
     }
 
-    /// What is missing to equilibrium: the gradient of the energy. Fills in what the patches do.
-    pub fn misfit(&self, bulk: &Bulk<T>, awake: &mut [Awake<'_, T>]) -> Bulk<T> {
+    /// Residual of equilibrium: the gradient of the energy over the bulk, sqrt(mJ). Also updates the contact of each patch.
+    pub fn residual(&self, bulk: &Bulk<T>, active: &mut [ActivePatch<'_, T>]) -> Bulk<T> {
         let numbers = self.numbers;
         let law = self.law();
         let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
         let turn = [motion[3], motion[4], motion[5]];
         let lift = common_lift(law, &motion);
         let half_turn = T::of(0.5) * law.turn;
-        let swept = swept(&turn, half_turn);
-        // Force on the skin, finger's axes, and the sum of the products of a patch's arm and force.
-        let mut whole = zeros::<T, 3>();
+        let double_cross = double_cross(&turn, half_turn);
+        // Total force on the skin, finger's axes, and the sum over the patches of the outer products of arm and force.
+        let mut total = zeros::<T, 3>();
         let mut products: Mat3<T> = [zeros(); 3];
-        for Awake { patch, placed, acting, .. } in awake.iter_mut() {
+        for ActivePatch { patch, placed, contact, .. } in active.iter_mut() {
             let linear = patch.modes.each_ref().map(|row| along(row, bulk));
             let arm = minus(&patch.middle_mm, &numbers.middle_mm);
-            let second = plus(&lift, &turned(&swept, &arm));
-            acting.place = plus(&placed.place, &turned(&self.frame.soft, &plus(&linear, &second)));
+            let second = plus(&lift, &rotated(&double_cross, &arm));
+            contact.place = plus(&placed.place, &rotated(&self.frame.soft, &plus(&linear, &second)));
             let (overlap, inward) = if self.body.is_plane() {
-                self.body.overlap(&acting.place)
+                self.body.overlap(&contact.place)
             } else {
-                mean(self.body, &acting.place, &self.frame.sides(patch))
+                mean(self.body, &contact.place, &self.frame.sides(patch))
             };
-            acting.overlap = overlap;
-            acting.touches = placed.compressed.touches(overlap);
-            if !acting.touches {
+            contact.overlap = overlap;
+            contact.touches = placed.compressed.touches(overlap);
+            if !contact.touches {
                 continue;
             }
-            let borne = placed.compressed.press(overlap, law);
-            acting.inward = inward;
-            acting.force = borne.force;
-            acting.slope = borne.slope;
-            acting.strength = borne.strength * self.strength_factor;
-            acting.below = borne.below;
-            let across = minus(&placed.anchor, &acting.place);
-            acting.stretch = if self.body.is_plane() {
+            let load = placed.compressed.press(overlap, law);
+            contact.inward = inward;
+            contact.force = load.force;
+            contact.slope = load.slope;
+            contact.strength = load.strength * self.strength_factor;
+            contact.below = load.below;
+            let across = minus(&placed.anchor, &contact.place);
+            contact.stretch = if self.body.is_plane() {
                 [across[0], across[1], T::of(0.0)]
             } else {
                 minus(&across, &times(&placed.inward, dot(&across, &placed.inward)))
             };
-            acting.length = (dot(&acting.stretch, &acting.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
+            contact.length = (dot(&contact.stretch, &contact.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];
-            acting.bound = acting.strength * compliance;
-            acting.grip =
-                if acting.length > acting.bound { acting.strength / acting.length } else { T::of(1.0) / compliance };
-            let force = minus(&times(&acting.stretch, acting.grip), &times(&inward, borne.force));
-            let force = turned_back(&self.frame.soft, &force);
-            acting.pull = force;
-            whole = plus(&whole, &force);
+            contact.bound = contact.strength * compliance;
+            contact.grip = if contact.length > contact.bound {
+                contact.strength / contact.length
+            } else {
+                T::of(1.0) / compliance
+            };
+            let force = minus(&times(&contact.stretch, contact.grip), &times(&inward, load.force));
+            let force = rotated_back(&self.frame.soft, &force);
+            contact.pull = force;
+            total = plus(&total, &force);
             for (row, arm) in products.iter_mut().zip(&arm) {
                 *row = plus(row, &times(&force, *arm));
             }
         }
         let mut gradient = *bulk;
-        for Awake { patch, acting, .. } in awake.iter().filter(|patch| patch.acting.touches) {
+        for ActivePatch { patch, contact, .. } in active.iter().filter(|patch| patch.contact.touches) {
             for k in 0..MODES {
-                for (modes, force) in patch.modes.iter().zip(&acting.pull) {
+                for (modes, force) in patch.modes.iter().zip(&contact.pull) {
                     gradient[k] -= modes[k] * *force;
                 }
             }
         }
-        // d/dr of r x (r x a), transposed: a (r.F) + (r.a) F − 2 r (a.F).
+        // Derivative of F . (r x (r x a)) over r: a (r.F) + (r.a) F − 2 r (a.F).
         let trace = products[0][0] + products[1][1] + products[2][2];
-        let by_turn = plus(&turned(&products, &turn), &turned_back(&products, &turn));
+        let by_turn = plus(&rotated(&products, &turn), &rotated_back(&products, &turn));
         let by_turn = minus(&by_turn, &times(&turn, T::of(2.0) * trace));
         let slopes = lift_slopes(law, &motion);
         let mut on_motion: [T; 6] = zeros();
-        for (slope, force) in slopes.iter().zip([whole[2], whole[0]]) {
+        for (slope, force) in slopes.iter().zip([total[2], total[0]]) {
             for (on, slope) in on_motion.iter_mut().zip(slope) {
                 *on += *slope * force;
             }
@@ -202,9 +214,9 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         gradient
     }
 
-    /// Factor of the tangent stiffness, without the curvature of the body and of the bulk's second order, and with friction of a
-    /// bounded patch that turns.
-    fn factor(&self, bulk: &Bulk<T>, awake: &[Awake<'_, T>]) -> Packed<T> {
+    /// Factor of the tangent stiffness. It leaves out the curvature of the body and the second derivatives of the bulk's rigid motion.
+    /// Friction of a slipping patch resists a change of its direction only.
+    fn factor(&self, bulk: &Bulk<T>, active: &[ActivePatch<'_, T>]) -> Packed<T> {
         let numbers = self.numbers;
         let stiffening = Stiffening::at(&numbers.squash, bulk, self.law());
         let mut stiffness = numbers.squash.map(|x| x * stiffening.per_size);
@@ -221,15 +233,15 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             }
         }
         let soft = &self.frame.soft;
-        for Awake { patch, placed, acting, .. } in awake {
-            if !acting.touches {
+        for ActivePatch { patch, placed, contact, .. } in active {
+            if !contact.touches {
                 continue;
             }
-            // Displacement in the body's frame per coordinate.
+            // Displacement in the body's frame per coordinate of the bulk.
             let mut modes: [Bulk<T>; 3] = [zeros(); 3];
             for k in 0..MODES {
                 let moved = [patch.modes[0][k] + lifts[1][k], patch.modes[1][k], patch.modes[2][k] + lifts[0][k]];
-                let moved = turned(soft, &moved);
+                let moved = rotated(soft, &moved);
                 for (row, moved) in modes.iter_mut().zip(moved) {
                     row[k] = moved;
                 }
@@ -237,100 +249,104 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             let in_direction = |d: &Vec3<T>| -> Bulk<T> {
                 core::array::from_fn(|k| modes[0][k] * d[0] + modes[1][k] * d[1] + modes[2][k] * d[2])
             };
-            add_square(&mut stiffness, &in_direction(&acting.inward), acting.slope);
-            // Two directions along the surface: that of the stretch and the other.
-            let one = T::of(1.0) / acting.length;
-            let (first, second) = if acting.length > T::of(1e-9) {
-                let first = times(&acting.stretch, one);
+            add_square(&mut stiffness, &in_direction(&contact.inward), contact.slope);
+            // Two directions along the surface: that of the stretch, and the one perpendicular to it.
+            let one = T::of(1.0) / contact.length;
+            let (first, second) = if contact.length > T::of(1e-9) {
+                let first = times(&contact.stretch, one);
                 (first, cross(&placed.inward, &first))
             } else {
                 tangents(&placed.inward)
             };
-            if acting.length <= acting.bound {
-                add_square(&mut stiffness, &in_direction(&first), acting.grip);
+            if contact.length <= contact.bound {
+                add_square(&mut stiffness, &in_direction(&first), contact.grip);
             }
-            add_square(&mut stiffness, &in_direction(&second), acting.grip);
+            add_square(&mut stiffness, &in_direction(&second), contact.grip);
         }
         factor(&mut stiffness);
         stiffness
     }
 
-    /// Brings the bulk to equilibrium by Newton's method, with the factor of an earlier step as long as that serves, and with secants
-    /// over the last rounds (Anderson 1965): the factor knows nothing of how strength follows pressure.
+    /// Finds the equilibrium of the bulk by Newton's method.
     ///
-    /// Returns whether it is met.
-    pub fn solve<const P: usize>(&self, state: &mut PadState<P, T>, awake: &mut [Awake<'_, T>]) -> bool {
+    /// The factor of the stiffness is kept over steps while the residual decreases fast enough. Anderson's acceleration (Anderson 1965)
+    /// over the last iterations corrects it; in particular the factor leaves out the dependence of strength on pressure.
+    ///
+    /// Returns whether the solution is accepted.
+    pub fn solve<const P: usize>(&self, state: &mut PadState<P, T>, active: &mut [ActivePatch<'_, T>]) -> bool {
         let mut bulk = state.bulk;
-        let mut misfit = self.misfit(&bulk, awake);
-        let mut secants = Secants::none();
+        let mut residual = self.residual(&bulk, active);
+        let mut acceleration = Acceleration::none();
         let mut factors = 0;
         let mut before = T::of(f32::MAX);
-        let mut is_met = false;
+        let mut converged = false;
         let mut best = (T::of(f32::MAX), bulk);
-        for _ in 0..ROUNDS {
+        for _ in 0..ITERATIONS {
             if !state.is_factored() {
-                state.factor = Rounded::of(&self.factor(&bulk, awake));
+                state.factor = Rounded::of(&self.factor(&bulk, active));
                 state.set_factored(true);
                 factors += 1;
-                secants = Secants::none();
+                acceleration = Acceleration::none();
             }
-            let step = solve(&state.factor, &misfit);
-            let off = along(&step, &misfit).magnitude();
+            let newton_step = solve(&state.factor, &residual);
+            // Square of the change of the bulk, in the norm of the energy.
+            let decrement = along(&newton_step, &residual).magnitude();
             let size = along(&bulk, &bulk) + T::of(LEAST_SIZE * LEAST_SIZE);
-            is_met = off <= T::of(MET * MET) * size;
-            if off < best.0 {
-                best = (off, bulk);
+            converged = decrement <= T::of(ACCEPTED * ACCEPTED) * size;
+            if decrement < best.0 {
+                best = (decrement, bulk);
             }
-            if !(off > T::of(TOLERANCE * TOLERANCE) * size) {
+            if !(decrement > T::of(TOLERANCE * TOLERANCE) * size) {
                 break;
             }
-            // Squares of misfits.
-            if off > T::of(KEPT * KEPT) * before && factors < FACTORS && !secants.is_new() {
+            // Both sides are squares.
+            if decrement > T::of(SLOW * SLOW) * before && factors < FACTORS && !acceleration.is_new() {
                 state.set_factored(false);
                 before = T::of(f32::MAX);
                 continue;
             }
-            before = off;
-            let mut way = secants.shorten(&bulk, &step);
-            // No round goes farther than from a finger in the air to a deep press.
-            let long = along(&way, &way);
-            let longest = size + T::of(LONGEST * LONGEST);
-            if long > longest {
-                let share = (longest / long).magnitude().sqrt();
-                way = way.map(|x| x * share);
+            before = decrement;
+            let mut change = acceleration.accelerated(&bulk, &newton_step);
+            // No iteration changes the bulk by more than a deep press does.
+            let square = along(&change, &change);
+            let largest = size + T::of(LONGEST * LONGEST);
+            if square > largest {
+                let share = (largest / square).magnitude().sqrt();
+                change = change.map(|x| x * share);
             }
-            let from = bulk;
+            let start = bulk;
             for _ in 0..HALVINGS {
-                bulk = core::array::from_fn(|k| from[k] - way[k]);
-                misfit = self.misfit(&bulk, awake);
-                // Not far beyond the least energy along this direction.
-                if !(along(&step, &misfit) < T::of(-0.5) * off) {
+                bulk = core::array::from_fn(|k| start[k] - change[k]);
+                residual = self.residual(&bulk, active);
+                // Accept a step that is not far beyond the minimum of the energy along this direction.
+                if !(along(&newton_step, &residual) < T::of(-0.5) * decrement) {
                     break;
                 }
-                way = way.map(|x| x * T::of(0.5));
+                change = change.map(|x| x * T::of(0.5));
             }
         }
-        if !is_met {
-            // What came nearest, and the friction that belongs to it.
+        if !converged {
+            // Return the best iterate, with the contacts that belong to it.
             bulk = best.1;
-            self.misfit(&bulk, awake);
+            self.residual(&bulk, active);
             state.set_factored(false);
         }
         state.bulk = bulk;
-        is_met
+        converged
     }
 }
 
-/// Rounds that secants reach back.
+/// Number of earlier iterations that the acceleration uses.
 const DEPTH: usize = 3;
 
-/// Changes of step and bulk over the last rounds, those of the step orthonormal.
-struct Secants<T> {
+/// Memory of Anderson's acceleration: changes of the Newton step and of the bulk over the last iterations. Those of the step are
+/// orthonormal.
+struct Acceleration<T> {
     pairs: Vec<[Bulk<T>; 2], DEPTH>,
     last: Option<[Bulk<T>; 2]>,
 }
 
-impl<T: Elementary> Secants<T> {
+impl<T: Elementary> Acceleration<T> {
     fn none() -> Self {
         Self { pairs: Vec::new(), last: None }
     }
@@ -339,15 +355,17 @@ impl<T: Elementary> Secants<T> {
         self.pairs.is_empty()
     }
 
-    /// The way to go from `bulk`, down, of which `step` is the one by the factor alone.
-    fn shorten(&mut self, bulk: &Bulk<T>, step: &Bulk<T>) -> Bulk<T> {
+    /// The accelerated step from `bulk`, to be subtracted.
+    ///
+    /// * `step`: Newton step by the factor of the stiffness
+    fn accelerated(&mut self, bulk: &Bulk<T>, step: &Bulk<T>) -> Bulk<T> {
         if let Some([last_step, last_bulk]) = &self.last {
             if self.pairs.is_full() {
                 self.pairs.clear();
             }
             let mut change: Bulk<T> = core::array::from_fn(|k| step[k] - last_step[k]);
             let mut moved: Bulk<T> = core::array::from_fn(|k| bulk[k] - last_bulk[k]);
-            let whole = along(&change, &change);
+            let total = along(&change, &change);
             for [old, by] in &self.pairs {
                 let share = along(old, &change);
                 for k in 0..MODES {
@@ -356,55 +374,55 @@ impl<T: Elementary> Secants<T> {
                 }
             }
             let left = along(&change, &change);
-            if left > T::of(1e-4) * whole {
+            if left > T::of(1e-4) * total {
                 let one = T::of(1.0) / left.magnitude().sqrt();
-                // There is room: a full one was emptied.
+                // Cannot fail: a full list was cleared above.
                 let _ = self.pairs.push([change.map(|x| x * one), moved.map(|x| x * one)]);
             }
         }
         self.last = Some([*step, *bulk]);
-        let mut way = *step;
+        let mut accelerated = *step;
         for [old, by] in &self.pairs {
             let share = along(old, step);
             for k in 0..MODES {
-                way[k] -= share * (old[k] - by[k]);
+                accelerated[k] -= share * (old[k] - by[k]);
             }
         }
-        way
+        accelerated
     }
 }
 
-/// Two unit vectors across a direction that points down, more or less.
+/// Two unit vectors that are perpendicular to `inward` and to each other.
 fn tangents<T: Elementary>(inward: &Vec3<T>) -> (Vec3<T>, Vec3<T>) {
     let zero = T::of(0.0);
-    // Across the direction and y; never short, since the direction is not y itself on the bodies' upper sides.
+    // Perpendicular to `inward` and to y. It is not short: on the upper side of a body `inward` is not along y.
     let raw = [-inward[2], zero, inward[0]];
     let length = (dot(&raw, &raw) + T::of(1e-12)).magnitude().sqrt();
     let first = times(&raw, T::of(1.0) / length);
     (first, cross(inward, &first))
 }
 
-/// The matrix of r x (r x a) times a factor, of a rotation vector r.
-fn swept<T: Elementary>(r: &Vec3<T>, factor: T) -> Mat3<T> {
+/// The matrix that maps a to r x (r x a) times a factor, for a rotation vector r.
+fn double_cross<T: Elementary>(r: &Vec3<T>, factor: T) -> Mat3<T> {
     let [x, y, z] = times(r, factor);
     let [xx, yy, zz] = [x * r[0], y * r[1], z * r[2]];
     let [xy, xz, yz] = [x * r[1], x * r[2], y * r[2]];
     [[-(yy + zz), xy, xz], [xy, -(xx + zz), yz], [xz, yz, -(xx + yy)]]
 }
 
-/// Of a rigid motion the parts that a mirror image about y = 0 leaves, and those that it turns round: (t_x, t_z, r_y), (t_y, r_x, r_z).
+/// The components of a rigid motion that are symmetric about the plane y = 0, (t_x, t_z, r_y), and antisymmetric, (t_y, r_x, r_z).
 fn parts<T: Elementary>(m: &[T; 6]) -> [Vec3<T>; 2] {
     [[m[0], m[2], m[4]], [m[1], m[3], m[5]]]
 }
 
-/// The six numbers of either part.
+/// The six coefficients of either part.
 fn numbers<T: Elementary>(lift: &[T; 12]) -> [[T; 6]; 2] {
     let half = |half: &[T]| half.first_chunk().copied().unwrap_or(zeros());
     let (even, odd) = lift.split_at(6);
     [half(even), half(odd)]
 }
 
-/// The part of the second order that is the same for all patches, mm.
+/// The second-order displacement that is the same for all patches, mm; see [`Law::lift`].
 fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
     let parts = parts(motion);
     let [z, x] = law.lift.each_ref().map(|lift| {
@@ -422,7 +440,7 @@ fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
     [x, T::of(0.0), z]
 }
 
-/// Its derivatives over the rigid motion, along z and along x.
+/// Derivatives of [`common_lift`] over the rigid motion, along z and along x.
 fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
     let parts = parts(motion);
     law.lift.each_ref().map(|lift| {
@@ -440,17 +458,20 @@ fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
     })
 }
 
-/// Largest exponent of the stiffening, far beyond any contact: no number overflows.
+/// Largest exponent of the stiffening, against overflow; far beyond that of any contact.
 const MOST_GROWTH: f32 = 20.0;
 
-/// Stiffening of the bulk: rate q³ exp(growth q²) of the mean squash q.
+/// Stiffening of the bulk: the energy rate q³ exp(growth q²) of the root q of the squash, see [`Numbers::squash`].
 pub(crate) struct Stiffening<T> {
+    /// Energy, mJ.
     pub energy: T,
-    /// Slope over the squash, the same over the squash, and the slope's slope.
+    /// First derivative of the energy over q.
     first: T,
+    /// First derivative over q, divided by q.
     per_size: T,
+    /// Second derivative over q.
     second: T,
-    /// Derivative of the squash over the bulk.
+    /// Gradient of q over the bulk.
     direction: Bulk<T>,
 }
 
@@ -473,9 +494,9 @@ impl<T: Elementary> Stiffening<T> {
     }
 }
 
-/// The point of the body's surface at which a patch is held and the direction into the body there.
+/// The anchor of a patch on the body's surface, mm, from its place in the tangent plane; and the direction into the body there.
 #[inline(always)]
-pub(crate) fn held<T: Elementary>(body: &impl Surface<T>, anchor: [T; 2]) -> (Vec3<T>, Vec3<T>) {
+pub(crate) fn anchor_at<T: Elementary>(body: &impl Surface<T>, anchor: [T; 2]) -> (Vec3<T>, Vec3<T>) {
     let at = point(body, anchor);
     let (_, inward) = body.overlap(&at);
     (at, inward)

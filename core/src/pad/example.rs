@@ -1,4 +1,4 @@
-//! A pad to try things with: **not a fitted finger**.
+//! An example pad: **not a fitted finger**.
 
 use crate::math::Scalar;
 
@@ -8,25 +8,26 @@ use super::{FIRST_TOUCH_TERMS, Law, MODES, Numbers, Pad, Patch};
 /// Patches of the example.
 pub const EXAMPLE_PATCHES: usize = 24;
 
-/// Numbers of a pad of realistic size, made by hand: a paraboloid with a bulk that moves, turns and dents.
+/// Numbers of a pad of realistic size, chosen by hand: a paraboloid whose bulk has rigid motions and local indentations as modes.
 ///
-/// For examples and tests; use a fitted model file for anything that matters.
+/// It serves examples and tests. Use a fitted model file for results.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExamplePad<T = f32> {
     /// The patches.
     pub patches: [Patch<T>; EXAMPLE_PATCHES],
-    /// What holds for all of them.
+    /// Numbers of the finger as a whole.
     pub numbers: Numbers<T>,
 }
 
 /// Radii of curvature along x and y, mm.
 const RADII_MM: [f32; 2] = [13.0, 9.0];
-/// Rows along x and y, and their distance, mm.
+/// Number of patches along x and y.
 const ROWS: [usize; 2] = [6, 4];
+/// Distance of their middles, mm.
 const PITCH_MM: [f32; 2] = [2.0, 2.2];
 
 impl ExamplePad {
-    /// The numbers.
+    /// The example.
     pub fn new() -> Self {
         let patches = core::array::from_fn(|k| {
             let (i, j) = (k % ROWS[0], k / ROWS[0]);
@@ -119,7 +120,7 @@ impl Default for ExamplePad {
 }
 
 impl<T: Scalar> ExamplePad<T> {
-    /// Ready to step.
+    /// The pad with these numbers.
     pub fn pad(&self) -> Pad<'_, T> {
         Pad::new(&self.patches, &self.numbers)
     }

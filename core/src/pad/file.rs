@@ -1,4 +1,4 @@
-//! The model file of a pad: checked once, then used where it lies.
+//! The model file of a pad: checked once, then used in place.
 //!
 //! Main type: [`PadFile`]. Uses data and the envelope of model files.
 
@@ -14,20 +14,20 @@ const PATCHES: [u8; 4] = *b"PADP";
 const META: [u8; 4] = *b"META";
 /// Header, and an entry for each of three sections.
 const START: usize = 20 + 3 * 12;
-/// No number of a pad is near it.
+/// Largest magnitude of a number of a pad; far above those of any finger.
 const LARGEST: f32 = 1e6;
 
-/// All that a pad's model file holds, read in place.
+/// Contents of a pad's model file, read in place.
 #[derive(Clone, Copy, Debug)]
 pub struct PadFile<'a> {
     /// The pad.
     pub pad: Pad<'a>,
-    /// Where it comes from: JSON with ranges, settings' hash and versions.
+    /// Provenance: JSON with ranges, hash of the settings, and versions.
     pub meta: &'a str,
 }
 
 impl<'a> PadFile<'a> {
-    /// Checks a pad's model file and uses it where it lies: nothing is copied.
+    /// Checks a pad's model file and uses it in place, without a copy.
     ///
     /// The bytes must start at an address divisible by 4, see [`crate::include_fpm`]. Costs about 20 instructions per byte, once.
     ///
@@ -61,7 +61,7 @@ impl Pad<'_> {
     /// Writes a model file into `out` and returns its length.
     ///
     /// # Errors
-    /// [`Error::Buffer`] where `out` is shorter than that.
+    /// [`Error::Buffer`] if `out` is shorter than [`Pad::file_length`].
     pub fn write_file(&self, meta: &str, out: &mut [u8]) -> Result<usize, Error> {
         let needed = self.file_length(meta);
         if out.len() < needed {
@@ -90,7 +90,7 @@ impl Pad<'_> {
         Ok(w.seal(needed))
     }
 
-    /// Refuses numbers of which no passive pad can be made.
+    /// Refuses numbers outside their ranges: with them a pad could yield work or return values that are not finite.
     ///
     /// # Errors
     /// [`Error::Range`] with the number.
@@ -121,7 +121,7 @@ impl Pad<'_> {
                     return refuse(Field::PatchCompliance, index, compliance);
                 }
             }
-            // Patches that are asleep rely on it.
+            // A step leaves out patches that this bound keeps out of contact.
             if !bounded(&patch.modes) || !(patch.reach() <= self.numbers.reach * 1.001) {
                 return refuse(Field::BulkMode, index, f32::NAN);
             }
@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(file.pad.patches, example.patches);
         assert_eq!(*file.pad.numbers, example.numbers);
         assert_eq!(file.meta, "{\"example\":true}");
-        // A bed's reader says what is missing.
+        // The reader of a bed's file names the section that is missing.
         assert_eq!(crate::File::from_bytes(&buffer.0[..length]).map(|_| ()), Err(Error::Section { id: *b"DATA" }));
     }
 

@@ -1,19 +1,21 @@
 //! The pad: patches of the fingertip's skin, coupled by the finger's own compliance, on a rigid body in any pose.
 //!
-//! Main types: [`Pad`] (numbers in flash), [`PadState`] (memory of a contact), [`Surface`] (what it touches); main function:
-//! [`Pad::step`].
+//! Main types: [`Pad`] (the fitted numbers, in flash), [`PadState`] (state of one contact), [`Surface`] (the rigid body); main
+//! function: [`Pad::step`].
 //!
-//! One stored energy gives normal force, friction and moments. It is a function of where the body is, of the bulk's coordinates b and of
-//! the points q_j of the body's surface at which the patches are held:
+//! All forces and moments follow from one stored energy. It depends on the pose of the body, on the coordinates b of the bulk, and on the
+//! points q_j of the body's surface at which friction holds the patches (their anchors):
 //!
 //! ```text
 //! E = 1/2 b.b + S(b) + sum_j [ N_j(overlap of x_j) + |P (q_j − x_j)|² / (2 c_t) ],     x_j = X_j + V_j b + second order of the bulk's rigid motion
 //! ```
 //!
-//! S is the stiffening under squash, N_j the energy of a patch that touches in part, P the projection on the tangent plane at q_j. A step
-//! brings b to equilibrium at fixed q_j, with the friction of each patch bounded by its strength lambda W^(1 − beta) N^beta, W the area in
-//! contact. Where the bound is met the point q_j then moves, against which friction does work: it dissipates. Nothing else is
-//! remembered. A motion therefore yields no work, up to the tolerance of the equilibrium; see `docs/pad.md`.
+//! S is the energy by which the bulk stiffens under compression (squash). N_j is the energy of the normal contact of a patch, which may
+//! touch over a part of its area. c_t is the tangential compliance of a patch, and P the projection onto the tangent plane at q_j.
+//!
+//! A step finds the equilibrium of b at fixed q_j. The friction of each patch is at most its strength lambda W^(1 − beta) N^beta, with its
+//! normal force N and its area W in contact. A patch that reaches its strength slips: its q_j moves, and friction dissipates the work.
+//! The q_j are the only history. A closed motion therefore yields no work, up to the tolerance of the equilibrium; see `docs/pad.md`.
 
 mod body;
 mod data;
@@ -34,11 +36,11 @@ pub use file::PadFile;
 pub use save::pad_state_bytes;
 pub use state::{PadState, PatchState};
 
-/// Coordinates of the bulk.
+/// Number of coordinates of the bulk.
 pub const MODES: usize = 16;
-/// Numbers of a symmetric matrix over them.
+/// Stored elements of a symmetric matrix over these coordinates.
 pub const PACKED: usize = MODES * (MODES + 1) / 2;
-/// Terms of the height of first touch.
+/// Number of terms of the height of first touch, see [`first_touch_terms`].
 pub const FIRST_TOUCH_TERMS: usize = 20;
 
 #[cfg(test)]

@@ -1,51 +1,52 @@
-//! A patch under a given overlap: the force that it bears, and how strong its friction is.
+//! Normal contact of one patch: its force and its strength in friction at a given overlap.
 
 use crate::math::Elementary;
 
 use super::{Law, Patch};
 
-/// What of a patch does not depend on the bulk.
+/// Law of the normal contact of a patch in one pose; it does not depend on the bulk.
 #[derive(Clone, Copy)]
 pub(crate) struct Compressed<T> {
     /// Compliance along the normal, mm/N.
     pub compliance: T,
-    /// Spread of the gaps within the patch, mm.
+    /// Standard deviation of the gaps within the patch, mm.
     pub spread: T,
-    /// Force at which all of it touches, N.
+    /// Force at which the whole patch touches, N.
     pub flat: T,
     /// Force at which the largest area in contact is reached, N, and that area, mm².
     pub full: T,
     pub full_area: T,
-    /// Natural logarithm of the largest friction over lambda and that area.
+    /// Natural logarithm of the strength at `full` over lambda and `full_area`.
     pub full_log: T,
 }
 
-/// What a patch bears.
+/// Normal force and strength of a patch.
 #[derive(Clone, Copy)]
-pub(crate) struct Borne<T> {
-    /// Normal force, N, and its slope over the overlap, N/mm.
+pub(crate) struct PatchForce<T> {
+    /// Normal force, N, and its derivative over the overlap, N/mm.
     pub force: T,
     pub slope: T,
     /// Largest friction, N.
     pub strength: T,
-    /// Natural logarithm of the force over [`Compressed::full`], 0 above it.
+    /// Natural logarithm of the force over [`Compressed::full`], at most 0.
     pub below: T,
 }
 
-/// Change of the force at which all of a patch touches with the spread, N/mm.
+/// Derivative of [`Compressed::flat`] over the spread, N/mm.
 #[inline(always)]
-pub(crate) fn flat_rate<T: Elementary>(patch: &Patch<T>, law: &Law<T>) -> T {
+pub(crate) fn flat_force_rate<T: Elementary>(patch: &Patch<T>, law: &Law<T>) -> T {
     law.flattening_mpa[1] * patch.area_mm2.magnitude().sqrt()
 }
 
-/// Most rounds of the root in [`Compressed::press`], and the share of it by which the last changes it: its error is the square of that.
-const ROUNDS: usize = 24;
+/// Largest number of Newton iterations in [`Compressed::press`].
+const ITERATIONS: usize = 24;
+/// Relative change of the root in the last iteration; the error of the root is its square.
 const ROOT: f32 = 1e-5;
 
 impl<T: Elementary> Compressed<T> {
-    /// A patch whose gaps have a spread, mm.
+    /// The law of a patch whose gaps have the standard deviation `spread`, mm.
     pub fn new(patch: &Patch<T>, spread: T, law: &Law<T>) -> Self {
-        let flat = patch.area_mm2 * law.flattening_mpa[0] + flat_rate(patch, law) * spread;
+        let flat = patch.area_mm2 * law.flattening_mpa[0] + flat_force_rate(patch, law) * spread;
         let [area, force, _] = law.area;
         let (full, full_area) = (force * flat, area * patch.area_mm2);
         Self {
@@ -58,7 +59,7 @@ impl<T: Elementary> Compressed<T> {
         }
     }
 
-    /// Whether it touches at an overlap of its middle, mm.
+    /// Whether the patch touches at an overlap of its middle, mm.
     #[inline(always)]
     pub fn touches(&self, overlap: T) -> bool {
         overlap + self.spread > T::of(0.0)
@@ -66,16 +67,16 @@ impl<T: Elementary> Compressed<T> {
 
     /// Force and strength of a patch that touches.
     ///
-    /// Of the share s³ of [`Self::flat`] that it bears: compliance flat s³ + spread s² = overlap + spread, up to s = 1.
-    pub fn press(&self, overlap: T, law: &Law<T>) -> Borne<T> {
+    /// Up to [`Self::flat`] the force is flat s³ with compliance flat s³ + spread s² = overlap + spread; above it, overlap over compliance.
+    pub fn press(&self, overlap: T, law: &Law<T>) -> PatchForce<T> {
         let over = overlap + self.spread;
         let a = self.compliance * self.flat;
         let (force, slope) = if over >= a + self.spread {
             (overlap / self.compliance, T::of(1.0) / self.compliance)
         } else {
-            // The left side is convex: Newton's method from above the root falls to it.
+            // The left side is convex, so that Newton's method from above decreases monotonically to the root.
             let mut s = (over / self.spread).at_most(T::of(1.0)).magnitude().sqrt();
-            for _ in 0..ROUNDS {
+            for _ in 0..ITERATIONS {
                 let value = (a * s + self.spread) * (s * s) - over;
                 let rise = (T::of(3.0) * a * s + T::of(2.0) * self.spread) * s;
                 let fall = value / (rise + T::of(f32::MIN_POSITIVE));
@@ -92,7 +93,7 @@ impl<T: Elementary> Compressed<T> {
         let beta = law.friction[1];
         let (below, exponent) =
             if log < T::of(0.0) { (log, beta + law.area[2] * (T::of(1.0) - beta)) } else { (T::of(0.0), beta) };
-        Borne {
+        PatchForce {
             force,
             slope,
             strength: law.friction[0] * self.full_area * (exponent * log + self.full_log).exp(),
@@ -100,24 +101,25 @@ impl<T: Elementary> Compressed<T> {
         }
     }
 
-    /// Area in contact, mm², at [`Borne::below`].
+    /// Area in contact, mm², at [`PatchForce::below`].
     pub fn area(&self, below: T, law: &Law<T>) -> T {
         self.full_area * (law.area[2] * below).exp()
     }
 
-    /// Energy stored along the normal, mJ, and its derivative over the spread where the force at which all of it touches grows with the
-    /// spread by `flat_rate`, N.
-    pub fn energy(&self, overlap: T, force: T, flat_rate: T) -> (T, T) {
+    /// Energy of the normal contact, mJ, and its derivative over the spread, N.
+    ///
+    /// * `flat_force_rate`: derivative of [`Self::flat`] over the spread, N/mm
+    pub fn energy(&self, overlap: T, force: T, flat_force_rate: T) -> (T, T) {
         let half = T::of(0.5) * self.compliance * force * force;
         if force >= self.flat {
             let part = T::of(0.4) * self.flat;
-            return (force * overlap - half + part * self.spread, part + T::of(0.4) * self.spread * flat_rate);
+            return (force * overlap - half + part * self.spread, part + T::of(0.4) * self.spread * flat_force_rate);
         }
-        // s² of the share that touches.
+        // Share of the patch that touches: s².
         let over = overlap + self.spread - self.compliance * force;
         let square = over / self.spread;
         let dual = half + self.spread * force * (T::of(0.6) * square - T::of(1.0));
         let by_flat = T::of(0.4) * self.spread * force * square / self.flat;
-        (force * overlap - dual, force * (T::of(1.0) - T::of(0.6) * square) + by_flat * flat_rate)
+        (force * overlap - dual, force * (T::of(1.0) - T::of(0.6) * square) + by_flat * flat_force_rate)
     }
 }

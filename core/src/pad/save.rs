@@ -12,7 +12,7 @@ use super::{Numbers, Pad, PadState, Patch};
 
 /// Version of the layout of a saved state.
 const VERSION: u32 = 2;
-/// Largest number of a state.
+/// Largest magnitude of a number of a state.
 const LARGEST: f32 = 1e9;
 
 /// Bytes of a saved state for a pad of up to `patches` patches.
@@ -21,7 +21,7 @@ pub const fn pad_state_bytes(patches: usize) -> usize {
 }
 
 impl Pad<'_> {
-    /// Checksum of the numbers, by which a saved state knows its pad. Costs about 20 instructions a byte.
+    /// Checksum of the pad's numbers. A saved state contains it and is refused with another pad. Costs about 20 instructions a byte.
     pub fn checksum(&self) -> u32 {
         let numbers: &[u8] = bytemuck::bytes_of::<Numbers>(self.numbers);
         let patches: &[u8] = bytemuck::cast_slice::<Patch, u8>(self.patches);
@@ -30,8 +30,8 @@ impl Pad<'_> {
 }
 
 impl<const P: usize> PadState<P> {
-    /// Writes the state into `out`, little-endian with version, checksum of the pad's numbers ([`Pad::checksum`]) and a checksum of its
-    /// own at the end; returns the number of bytes, [`pad_state_bytes`].
+    /// Writes the state into `out`, little-endian, after version and checksum of the pad's numbers ([`Pad::checksum`]), with a checksum of
+    /// all bytes at the end. Returns the number of bytes, [`pad_state_bytes`].
     ///
     /// # Errors
     /// [`Error::Buffer`] if `out` is too short.
@@ -40,14 +40,14 @@ impl<const P: usize> PadState<P> {
         write_words([VERSION, pad], words.iter().copied(), pad_state_bytes(P), out)
     }
 
-    /// A state from what [`PadState::write_bytes`] wrote with the same pad.
+    /// The state that [`PadState::write_bytes`] wrote with the same pad.
     ///
     /// # Errors
     /// [`Error::Length`], [`Error::Checksum`] for damage, [`Error::Version`], [`Error::OtherModel`], and [`Error::Range`] for a value that
-    /// no step leaves behind.
+    /// no step produces.
     pub fn read_bytes(pad: u32, bytes: &[u8]) -> Result<Self, Error> {
         let found = read_words([VERSION, pad], pad_state_bytes(P), bytes)?;
-        let mut state = Self::in_the_air();
+        let mut state = Self::without_contact();
         let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
         for (slot, word) in words.iter_mut().zip(found) {
             *slot = word;
@@ -55,7 +55,7 @@ impl<const P: usize> PadState<P> {
         state.check()
     }
 
-    /// The state itself if a step could have left it behind.
+    /// The state itself if a step can produce it.
     fn check(self) -> Result<Self, Error> {
         let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(&self));
         let (flags, numbers) = words.split_last().ok_or(Error::Checksum)?;
@@ -89,7 +89,7 @@ mod tests {
 
     const BYTES: usize = pad_state_bytes(EXAMPLE_PATCHES);
 
-    fn held() -> (ExamplePad, PadState<EXAMPLE_PATCHES>) {
+    fn in_contact() -> (ExamplePad, PadState<EXAMPLE_PATCHES>) {
         let example = ExamplePad::new();
         let mut state = PadState::new(&example.pad()).unwrap();
         for _ in 0..10 {
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_saved_state_goes_on_bit_for_bit() {
-        let (example, mut state) = held();
+        let (example, mut state) = in_contact();
         let pad = example.pad();
         let mut bytes = [0; BYTES];
         assert_eq!(state.write_bytes(pad.checksum(), &mut bytes), Ok(BYTES));
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn damage_is_refused() {
-        let (example, state) = held();
+        let (example, state) = in_contact();
         let pad = example.pad().checksum();
         let mut bytes = [0; BYTES];
         state.write_bytes(pad, &mut bytes).unwrap();
@@ -132,7 +132,7 @@ mod tests {
             bad.write_bytes(pad, &mut bytes).unwrap();
             assert!(matches!(State::read_bytes(pad, &bytes), Err(Error::Range { what: Field::State, index: 20, .. })));
         }
-        // Both halves of a word of the factor.
+        // A word of the factor holds two 16-bit numbers.
         for bits in [0x7fc0, 0x7fc0_0000u32] {
             let mut bad = state;
             bytemuck::cast_slice_mut::<_, u32>(core::slice::from_mut(&mut bad))[50] = bits;

@@ -1,4 +1,4 @@
-//! All that a contact of a pad remembers.
+//! The state of a contact of a pad.
 //!
 //! Main types: [`PadState`], [`PatchState`]. Uses vector.
 
@@ -8,50 +8,54 @@ use crate::math::{Elementary, add};
 use super::Pad;
 use super::vector::{Bulk, Rounded, Vec3, zeros};
 
-/// What stands for no share of the strength.
+/// Values of [`PadState::used`] from here on belong to patches without contact; shares of the strength are at most 1.
 pub(crate) const APART: f32 = 2.0;
-/// Slide that counts as much as a turn by 1 rad, mm.
+/// Slide that is equivalent to a rotation by 1 rad where motions are compared, mm.
 const TURN_MM: f32 = 5.0;
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
-/// All that a contact remembers, for a pad of up to `P` patches. [`PadState::new`] is a finger in the air.
+/// The state of a contact, for a pad of up to `P` patches. [`PadState::new`] returns a finger without contact.
 ///
-/// Plain data: copy it to go back to it, or use [`PadState::write_bytes`]. A state belongs to one pad, one tuning and one body.
+/// Plain data: a copy restores an earlier state, and [`PadState::write_bytes`] saves one. A state belongs to one pad, one tuning and one
+/// body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct PadState<const P: usize, T = f32> {
     /// Coordinates of the bulk.
     pub(crate) bulk: Bulk<T>,
-    /// Change of the bulk in the last step, and the motion that brought it: depth, slides (mm), spin, pitch and roll (rad).
+    /// Change of the bulk in the last step.
     pub(crate) drift: Bulk<T>,
+    /// Motion of the last step: depth, slides (mm), spin, pitch and roll (rad).
     pub(crate) motion: [T; 6],
-    /// Factor of the last tangent stiffness.
+    /// Factor of the tangent stiffness of this or an earlier step.
     pub(crate) factor: Rounded,
-    /// Where each patch is held: the point of the surface over this place of the body's tangent plane, mm.
+    /// Anchor of each patch: the point of the surface over this place of the body's tangent plane, mm.
     pub(crate) anchors: [[T; 2]; P],
-    /// Used share of the strength of each patch that touched at the last step, negative if it was falling then; of the others
-    /// [`APART`] and how far they are from touching at least, mm.
+    /// For each patch that touched at the last step, friction over strength, negative if it decreased. For the others, [`APART`] plus a
+    /// lower bound of their distance from contact, mm.
     pub(crate) used: [T; P],
-    /// Place of the body's apex along the axes of the plane, from the point about which poses turn, mm: a number and what it lacks.
+    /// Place of the body's apex along the axes of the plane, from the centre of rotation, mm: compensated sums, high and low part.
     pub(crate) shift: [[T; 2]; 2],
-    /// Angle of the body about the normal, rad, likewise.
+    /// Angle of the body about the normal, rad, a compensated sum.
     pub(crate) angle: [T; 2],
-    /// The point about which poses turn, finger's frame, mm.
+    /// Centre of rotation of poses, finger's frame, mm.
     pub(crate) pivot: Vec3<T>,
-    /// Depth, mm, and pitch from the neutral one and roll, rad, of the last step.
+    /// Depth of the last step, mm.
     pub(crate) depth: T,
+    /// Pitch relative to the neutral one and roll of the last step, rad.
     pub(crate) tilt: [T; 2],
+    /// Factor of all strengths.
     pub(crate) strength_factor: T,
-    /// Bound of how far the last motion brought the body nearer to any patch, mm.
+    /// Upper bound of the approach of the body to any patch in the last motion, mm.
     pub(crate) travel: T,
     /// [`IN_CONTACT`] and [`FACTORED`].
     pub(crate) flags: u32,
 }
 
-/// Flag: the last step left the finger in contact.
+/// Flag: the finger was in contact at the end of the last step.
 const IN_CONTACT: u32 = 1;
-/// Flag: there is a factor of the tangent stiffness.
+/// Flag: the factor of the tangent stiffness is valid.
 const FACTORED: u32 = 2;
 
 // SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and one u32: no padding, and any bits are a value.
@@ -62,7 +66,7 @@ unsafe impl<const P: usize> bytemuck::Zeroable for PadState<P> {}
 unsafe impl<const P: usize> bytemuck::Pod for PadState<P> {}
 
 impl<const P: usize, T: Elementary> PadState<P, T> {
-    /// A finger in the air over a plane.
+    /// A finger without contact, over a plane.
     ///
     /// # Errors
     /// [`Error::Shape`] for a pad of more than `P` patches.
@@ -71,11 +75,11 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         if patches > P {
             return Err(Error::Shape { elements: patches as u32, nodes: P as u32 });
         }
-        Ok(Self::in_the_air())
+        Ok(Self::without_contact())
     }
 
-    /// A finger in the air over a plane.
-    pub(crate) fn in_the_air() -> Self {
+    /// A finger without contact, over a plane.
+    pub(crate) fn without_contact() -> Self {
         Self {
             bulk: zeros(),
             drift: zeros(),
@@ -94,23 +98,24 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         }
     }
 
-    /// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns.
+    /// A finger without contact over a body whose apex lies under the point of first touch in a pose. The finger then rotates about that
+    /// point.
     ///
     /// # Errors
     /// As [`PadState::new`].
     pub fn over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
         let mut state = Self::new(pad)?;
         state.tilt = pad.tilt(pose_deg).0;
-        // In the neutral pose it is the origin, which the fitted heights meet within their error.
+        // In the neutral pose this point is the origin; the fitted heights give it within their error only.
         if state.tilt != zeros() {
             state.pivot = pad.fitted_first_touch_point_mm(pose_deg);
         }
         Ok(state)
     }
 
-    /// Sets the factor by which all strengths are multiplied from the next step on: what moisture, speed or dwell make of the friction.
+    /// Sets the factor of all strengths from the next step on: the influence of moisture, speed or dwell on friction.
     ///
-    /// Range 0.1 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    /// Range 0.1 to 5; a value outside is replaced by the nearer end, and NaN changes nothing. Returns the factor in use.
     pub fn set_strength_factor(&mut self, factor: T) -> T {
         if factor.is_number() {
             let [least, most] = STRENGTH_FACTOR.map(T::of);
@@ -119,12 +124,12 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         self.strength_factor
     }
 
-    /// The factor on all strengths; 1 unless set.
+    /// The factor of all strengths; 1 unless set.
     pub fn strength_factor(&self) -> T {
         self.strength_factor
     }
 
-    /// Whether the last step left the finger in contact.
+    /// Whether the finger was in contact at the end of the last step.
     pub fn in_contact(&self) -> bool {
         self.flags & IN_CONTACT != 0
     }
@@ -137,24 +142,24 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         self.flags = if is_factored { self.flags | FACTORED } else { self.flags & !FACTORED };
     }
 
-    /// Begins a contact with nothing known of the stiffness.
+    /// Begins a contact, without a factor of the stiffness.
     pub(crate) fn touch(&mut self) {
         self.flags = IN_CONTACT;
     }
 
-    /// Forgets the contact; where the body is stays known.
-    pub(crate) fn lift_off(&mut self) {
+    /// Ends the contact; position and angle of the body are kept.
+    pub(crate) fn end_contact(&mut self) {
         self.flags = 0;
     }
 
-    /// Forgets all but the strength factor, where that is in order.
-    pub(crate) fn forget(&mut self) {
+    /// Resets everything but the strength factor, which is kept if it is valid.
+    pub(crate) fn reset(&mut self) {
         let factor = self.strength_factor;
-        *self = Self::in_the_air();
+        *self = Self::without_contact();
         self.set_strength_factor(factor);
     }
 
-    /// Whether the strength factor is one that can be set.
+    /// Whether the strength factor is within its range.
     pub(crate) fn is_consistent(&self) -> bool {
         let [least, most] = STRENGTH_FACTOR;
         self.strength_factor.is_between(least, most)
@@ -162,43 +167,43 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
 }
 
 impl<const P: usize, T: Elementary> PadState<P, T> {
-    /// Starts a step from where the bulk would be if it went on as before, in a motion that goes on. At rest it starts where it is.
-    pub(crate) fn foresee(&mut self, motion: [T; 6]) {
+    /// Initial guess of a step: extrapolates the bulk where the motion continues that of the last step.
+    pub(crate) fn extrapolate(&mut self, motion: [T; 6]) {
         let arm = T::of(TURN_MM);
         let product = |a: &[T; 6], b: &[T; 6]| {
             a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + arm * arm * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
         };
         let before = product(&self.motion, &self.motion);
         let share = product(&motion, &self.motion) / (before + T::of(f32::MIN_POSITIVE));
-        // What turns back or speeds up goes its own way.
+        // No extrapolation where the motion reverses, turns or changes its speed much.
         if share >= T::of(0.5) && share <= T::of(1.5) {
             self.bulk = core::array::from_fn(|k| self.bulk[k] + share * self.drift[k]);
         }
         self.motion = motion;
     }
 
-    /// Moves and turns the body.
-    pub(crate) fn carry(&mut self, slide: [T; 2], spin: T) {
+    /// Moves and rotates the body by a slide, mm, and a spin, rad.
+    pub(crate) fn move_body(&mut self, slide: [T; 2], spin: T) {
         let [x, y] = [self.shift[0][0], self.shift[1][0]];
-        let way = if spin == T::of(0.0) {
+        let displacement = if spin == T::of(0.0) {
             slide
         } else {
             let (sin, _) = spin.sin_cos();
             let (half_sin, half_cos) = (T::of(0.5) * spin).sin_cos();
-            // 1 − cos without loss of digits.
+            // 1 − cos without cancellation.
             let less = T::of(2.0) * half_sin * half_sin;
             [
                 half_cos * slide[0] - half_sin * slide[1] - less * x - sin * y,
                 half_sin * slide[0] + half_cos * slide[1] + sin * x - less * y,
             ]
         };
-        for (part, way) in self.shift.iter_mut().zip(way) {
-            let (sum, low) = add(part[0], part[1], way);
+        for (part, displacement) in self.shift.iter_mut().zip(displacement) {
+            let (sum, low) = add(part[0], part[1], displacement);
             *part = [sum, low];
         }
         let (sum, low) = add(self.angle[0], self.angle[1], spin);
         let turn = T::of(core::f32::consts::TAU);
-        // What the turn in single precision lacks.
+        // A full turn minus its value in single precision.
         let rest = T::of(-1.748_455_6e-7);
         self.angle = if sum > T::of(core::f32::consts::PI) {
             [sum - turn, low - rest]
@@ -209,7 +214,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         };
     }
 
-    /// Puts the origin of a plane where the finger is.
+    /// Moves the origin of a plane to the finger.
     pub(crate) fn move_origin(&mut self) {
         let (sin, cos) = self.angle[0].sin_cos();
         let [x, y] = [self.shift[0][0], self.shift[1][0]];
@@ -221,11 +226,11 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
     }
 }
 
-/// What one patch bears, see [`Pad::patch_states`].
+/// Load and contact of one patch, see [`Pad::patch_states`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PatchState<T = f32> {
-    /// Its middle now, along the axes of the plane from the point about which poses turn, mm.
+    /// Present place of its middle, along the axes of the plane from the centre of rotation of poses, mm.
     pub place_mm: [T; 3],
     /// Mean pressure over its own area, MPa.
     pub pressure_mpa: T,
@@ -233,8 +238,8 @@ pub struct PatchState<T = f32> {
     pub traction_mpa: [T; 2],
     /// Area in contact, mm².
     pub contact_area_mm2: T,
-    /// Share of that area which sticks.
+    /// Stuck share of that area.
     pub stick_ratio: T,
-    /// Share of its strength that friction uses.
+    /// Friction over strength.
     pub used: T,
 }

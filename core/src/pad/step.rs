@@ -9,68 +9,70 @@ use crate::step::rare;
 use crate::{Motion, Regime, Response, Status};
 
 use super::body::{InUnits, Sides, Surface, spread, steepness};
-use super::equilibrium::{Acting, Awake, Equations, Frame, Placed, held};
-use super::patch::{Compressed, flat_rate};
+use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, anchor_at};
+use super::patch::{Compressed, flat_force_rate};
 use super::state::{APART, PadState};
-use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, times, turned, turned_back, zeros};
+use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, rotated, rotated_back, times, zeros};
 use super::{Pad, Patch};
 
-/// Depth below which there is no contact, mm.
+/// Least depth of a contact, mm.
 const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
-/// Deepest depth and longest time that are in order, mm and s.
+/// Largest valid magnitude of depth, mm, of the time step, s, and of a load, N or N mm.
 const LARGEST: f32 = 1e9;
 /// Longest slide and largest spin of one step, mm and rad.
 const LONGEST_STEP: f32 = 64.0;
-/// Place of the origin of a plane from which on it is moved along, mm.
+/// Distance from the finger at which the origin of a plane is moved to it, mm.
 const FAR: f32 = 16.0;
 /// Least mean square of the gaps within a patch, mm².
 const LEAST_SPREAD_MM2: f32 = 1e-8;
-/// From standard deviation to the place of one of six points.
+/// Distance of the six quadrature points of a patch from its middle over the standard deviation of its points.
 const ROOT_3: f32 = 1.732_050_8;
-/// Way that the skin of a patch may go in a step before patches that are asleep are looked at, mm.
-const WAKE_MM: f32 = 0.15;
-/// Longest arm of a patch about the pivot, mm.
-const ARM_MM: f32 = 20.0;
+/// Patches within this distance from contact take part in a step, mm. If the skin moves farther in the step, the others are checked.
+const NEARBY_MM: f32 = 0.15;
+/// Largest distance of a patch from the centre of rotation, mm.
+const FARTHEST_MM: f32 = 20.0;
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
-/// Stretch beyond the bound by which a patch slips: as share and in mm. Rounding of its place stays below.
+/// A patch slips if its stretch exceeds the bound by this factor and by this length, mm. Both are above the rounding of its place.
 const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
-/// Share of the strength by which the friction of a patch must change before it counts as growing or falling.
+/// Least change of the friction of a patch, over its strength, that counts as an increase or a decrease.
 const NOTICED: f32 = 1e-6;
-/// Used share of its strength beyond which a patch counts as slipping in part, for the regime.
+/// Friction over strength from which on a patch counts as slipping in part, for the regime.
 const FIRM: f32 = 0.9;
-/// Share of the area that sticks, so counted, in full stick at least and in full slip at most.
+/// The regime is stick if at least this share of the area sticks, counted in this way,
 const STICKS: f32 = 0.95;
+/// and slip if at most this share does.
 const SLIDES: f32 = 0.02;
 
 /// Least mean square of the arms of a contact about its middle, mm².
 const LEAST_ARM_MM2: f32 = 0.01;
-/// Depth from which on the bands grow with depth, mm.
+/// Depth above which the bands grow with depth, mm.
 const DEEP_MM: f32 = 2.6;
-/// Turn from the neutral pose at which half of what other poses add to the bands counts, rad.
+/// Angle from the neutral pose at which half of the addition for other poses is applied to the bands, rad.
 const AWAY_RAD: f32 = 0.05;
 
 impl<T: Elementary> Pad<'_, T> {
-    /// Pitch from the neutral one and roll, rad, of a pose, held within what the pad was fitted for, and whether it was.
+    /// Pitch relative to the neutral one and roll, rad, clamped to the range of the fit; and whether the pose is within that range.
     pub(crate) fn tilt(&self, [pitch, roll]: [T; 2]) -> ([T; 2], bool) {
         let numbers = self.numbers;
         let within = |x: T, [least, most]: [T; 2]| if x < least { least } else { x.at_most(most) };
-        let held =
+        let clamped =
             [within(pitch, numbers.pitch_range_deg), within(roll, [-numbers.roll_max_deg, numbers.roll_max_deg])];
         let rad = T::of(RAD);
-        ([(held[0] - numbers.neutral_pitch_deg) * rad, held[1] * rad], held == [pitch, roll])
+        ([(clamped[0] - numbers.neutral_pitch_deg) * rad, clamped[1] * rad], clamped == [pitch, roll])
     }
 
-    /// The point of the undeformed finger that a plane touches first in a pose (pitch and roll, degrees, held within those of the fit),
-    /// along the axes of the finger, mm.
+    /// The point of the undeformed finger that a plane touches first in a pose, along the axes of the finger, mm.
+    ///
+    /// * `pose_deg`: pitch and roll, degrees, clamped to the range of the fit
     pub fn first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
         self.fitted_first_touch_point_mm(pose_deg).map(|x| x * self.units.length)
     }
 
-    /// The same of the fitted finger.
+    /// The same for the fitted finger, in its units.
     pub(crate) fn fitted_first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
         let axes = axes(self.tilt(pose_deg).0);
-        // The slope of the height over the plane's turn is the place along the plane.
+        // The derivative of the height over the rotation of the plane is the place along the plane.
         let step = 1.0 / 1024.0;
         let height = |axis: usize, by: f32| {
             let raw = plus(&axes[2], &times(&axes[axis], T::of(by)));
@@ -78,16 +80,17 @@ impl<T: Elementary> Pad<'_, T> {
             self.fitted_first_touch_mm(&times(&raw, one))
         };
         let along = [0, 1].map(|k| (height(k, step) - height(k, -step)) / T::of(2.0 * step));
-        turned_back(&axes, &[along[0], along[1], self.fitted_first_touch_mm(&axes[2])])
+        rotated_back(&axes, &[along[0], along[1], self.fitted_first_touch_mm(&axes[2])])
     }
 
     /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
     ///
     /// * `motion`: depth, slide and spin of the body. The depth counts along the normal, from where the plane through the body's apex
     ///   would first touch in the pose.
-    /// * `pose_deg`: pitch and roll of the finger against the plane, at the end of the step
+    /// * `pose_deg`: pitch and roll of the finger relative to the plane at the end of the step
     ///
-    /// Bad input is flagged and leaves its axis where it was. From the second step at rest on, state and answer keep their bits.
+    /// Bad input sets a flag of [`Response::status`], and the coordinate keeps its value. From the second step at rest on, state and
+    /// response are the same bit for bit.
     pub fn step<const P: usize>(
         &self,
         state: &mut PadState<P, T>,
@@ -104,7 +107,7 @@ impl<T: Elementary> Pad<'_, T> {
         self.units.response(self.fitted_step(state, &InUnits::new(body, &self.units), motion, pose_deg))
     }
 
-    /// The same in the units of the fitted finger.
+    /// [`Self::step`] in the units of the fitted finger.
     #[inline(always)]
     fn fitted_step<const P: usize>(
         &self,
@@ -115,47 +118,47 @@ impl<T: Elementary> Pad<'_, T> {
     ) -> Response<T> {
         if !state.is_consistent() {
             rare();
-            state.forget();
+            state.reset();
             return Response { status: Status::MEMORY_LOST, ..Response::default() };
         }
         let (status, motion) = self.advance(state, body, motion, pose_deg);
         if !(state.depth >= T::of(TOUCH_MM)) || self.patches.len() > P {
-            state.lift_off();
+            state.end_contact();
             return Response { status, ..Response::default() };
         }
         let start = state.bulk;
-        state.foresee(motion);
+        state.extrapolate(motion);
         let equations = self.equations(state, body);
-        let mut awake = Vec::<_, P>::new();
-        self.wake(state, &equations, Wake::Near, &mut awake);
-        let mut is_met = equations.solve(state, &mut awake);
-        if self.moved_mm(&start, &state.bulk) > T::of(WAKE_MM) && self.may_touch(state, &awake, &start) {
-            // A patch that was taken to be far.
+        let mut active = Vec::<_, P>::new();
+        self.collect_active(state, &equations, Candidates::Near, &mut active);
+        let mut converged = equations.solve(state, &mut active);
+        if self.moved_mm(&start, &state.bulk) > T::of(NEARBY_MM) && self.may_touch(state, &active, &start) {
+            // A patch that was left out may touch.
             rare();
-            self.wake(state, &equations, Wake::All, &mut awake);
-            is_met = equations.solve(state, &mut awake);
+            self.collect_active(state, &equations, Candidates::All, &mut active);
+            converged = equations.solve(state, &mut active);
         }
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
         let travel = state.travel + self.moved_mm(&start, &state.bulk);
-        let mut indices = awake.iter().map(|patch| patch.index).peekable();
+        let mut indices = active.iter().map(|patch| patch.index).peekable();
         for (index, used) in state.used.iter_mut().enumerate() {
             if indices.next_if_eq(&index).is_none() {
                 *used -= travel;
             }
         }
-        let response = self.settle(state, &equations, &awake);
-        // No contact bears so much: the memory was overwritten, and squares of such numbers overflow to infinity or NaN.
+        let response = self.update_anchors_and_sum(state, &equations, &active);
+        // Such loads mean that the memory was overwritten; their squares could overflow to infinity or NaN.
         let [x, y] = response.friction_n;
-        let borne = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
-        if !(borne <= T::of(LARGEST)) {
-            state.forget();
+        let load = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
+        if !(load <= T::of(LARGEST)) {
+            state.reset();
             return Response { status: status.with(Status::MEMORY_LOST), ..Response::default() };
         }
-        let status = if is_met { status } else { status.with(Status::NOT_CONVERGED) };
+        let status = if converged { status } else { status.with(Status::NOT_CONVERGED) };
         Response { status, ..response }
     }
 
-    /// Follows body and pose, and begins a contact.
+    /// Moves body and pose, and begins a contact at first touch. Returns the motion: depth, slides (mm), spin, pitch and roll (rad).
     fn advance<const P: usize>(
         &self,
         state: &mut PadState<P, T>,
@@ -170,7 +173,7 @@ impl<T: Elementary> Pad<'_, T> {
         }
         let (depth, tilt) = (state.depth, state.tilt);
         if motion.depth_mm.magnitude() <= T::of(LARGEST) {
-            // Twice as deep as it was fitted it has gone through its own bone.
+            // At twice the depth of the fit a plane would have passed through the bone.
             state.depth = motion.depth_mm.at_most(T::of(2.0) * self.numbers.depth_max_mm);
         } else {
             rare();
@@ -180,16 +183,16 @@ impl<T: Elementary> Pad<'_, T> {
             status = status.with(Status::DEPTH_ABOVE_RANGE);
         }
         if pose_deg[0].is_number() && pose_deg[1].is_number() {
-            let (tilt, known) = self.tilt(pose_deg);
+            let (tilt, in_range) = self.tilt(pose_deg);
             state.tilt = tilt;
-            if !known {
+            if !in_range {
                 status = status.with(Status::POSE_OUT_OF_RANGE);
             }
         } else {
             rare();
             status = status.with(Status::BAD_INPUT);
         }
-        let mut usual = |x: T| {
+        let mut clamp = |x: T| {
             if x.magnitude() <= T::of(LONGEST_STEP) {
                 return x;
             }
@@ -201,36 +204,37 @@ impl<T: Elementary> Pad<'_, T> {
             status = status.with(Status::LARGE_INCREMENT);
             T::of(if x < T::of(0.0) { -LONGEST_STEP } else { LONGEST_STEP })
         };
-        let slide = motion.slide_increment_mm.map(&mut usual);
-        let spin = usual(motion.spin_increment_rad);
+        let slide = motion.slide_increment_mm.map(&mut clamp);
+        let spin = clamp(motion.spin_increment_rad);
         if slide != [T::of(0.0); 2] || spin != T::of(0.0) {
-            state.carry(slide, spin);
+            state.move_body(slide, spin);
             if body.is_plane()
                 && (state.shift[0][0].magnitude() > T::of(FAR) || state.shift[1][0].magnitude() > T::of(FAR))
             {
                 state.move_origin();
             }
         }
-        let turned = (state.tilt[0] - tilt[0]).magnitude() + (state.tilt[1] - tilt[1]).magnitude();
-        state.travel = (state.depth - depth).magnitude() + turned * T::of(ARM_MM);
+        let rotated = (state.tilt[0] - tilt[0]).magnitude() + (state.tilt[1] - tilt[1]).magnitude();
+        state.travel = (state.depth - depth).magnitude() + rotated * T::of(FARTHEST_MM);
         if !body.is_plane() {
-            state.travel += slide[0].magnitude() + slide[1].magnitude() + spin.magnitude() * T::of(ARM_MM);
+            state.travel += slide[0].magnitude() + slide[1].magnitude() + spin.magnitude() * T::of(FARTHEST_MM);
         }
         if state.depth >= T::of(TOUCH_MM) && !state.in_contact() {
             let frame = self.frame(state);
             state.touch();
             state.bulk = zeros();
             for ((patch, anchor), used) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.used) {
-                *anchor = foot(body, &frame.place(patch));
+                *anchor = closest_place(body, &frame.place(patch));
                 *used = T::of(APART);
             }
-            // The first step of a contact has no way behind it.
+            // The first step of a contact has no earlier change to extrapolate.
             state.drift = zeros();
         }
         let [x, y] = slide;
         (status, [state.depth - depth, x, y, spin, state.tilt[0] - tilt[0], state.tilt[1] - tilt[1]])
     }
 
+    /// Transformation from the finger's frame to that of the body.
     fn frame<const P: usize>(&self, state: &PadState<P, T>) -> Frame<T> {
         let [along, across, normal] = axes(state.tilt);
         let (sin, cos) = state.angle[0].sin_cos();
@@ -244,17 +248,22 @@ impl<T: Elementary> Pad<'_, T> {
         Frame { axes: turned_axes, soft, apex: [cos * x + sin * y, cos * y - sin * x, height], pivot: state.pivot }
     }
 
-    /// Bound of the way of any patch between two states of the bulk, mm.
+    /// Upper bound of the displacement of any patch between two states of the bulk, mm.
     fn moved_mm(&self, from: &Bulk<T>, to: &Bulk<T>) -> T {
-        let way: Bulk<T> = core::array::from_fn(|k| to[k] - from[k]);
-        // Half as much again for what is of second order.
-        T::of(1.5) * self.numbers.reach * along(&way, &way).magnitude().sqrt()
+        let change: Bulk<T> = core::array::from_fn(|k| to[k] - from[k]);
+        // The factor 1.5 covers displacements of second order.
+        T::of(1.5) * self.numbers.reach * along(&change, &change).magnitude().sqrt()
     }
 
-    /// Whether a patch that is asleep may touch now that the bulk has moved from `start`.
-    fn may_touch<const P: usize>(&self, state: &PadState<P, T>, awake: &[Awake<'_, T>], start: &Bulk<T>) -> bool {
+    /// Whether a patch that was left out of the step may touch after the bulk has moved from `start`.
+    fn may_touch<const P: usize>(
+        &self,
+        state: &PadState<P, T>,
+        active: &[ActivePatch<'_, T>],
+        start: &Bulk<T>,
+    ) -> bool {
         let near = T::of(APART) + state.travel + self.moved_mm(start, &state.bulk);
-        let mut indices = awake.iter().map(|patch| patch.index).peekable();
+        let mut indices = active.iter().map(|patch| patch.index).peekable();
         let asleep = |(index, _): &(usize, &T)| indices.next_if_eq(index).is_none();
         state.used.iter().take(self.patches.len()).enumerate().filter(asleep).any(|(_, used)| !(*used > near))
     }
@@ -272,34 +281,35 @@ impl<T: Elementary> Pad<'_, T> {
         }
     }
 
-    /// Finds the patches that are to be looked at, in their order.
-    pub(super) fn wake<'a, const P: usize, B: Surface<T>>(
+    /// Collects the patches that take part in a step, in their order.
+    pub(super) fn collect_active<'a, const P: usize, B: Surface<T>>(
         &'a self,
         state: &PadState<P, T>,
         equations: &Equations<'_, T, B>,
-        which: Wake,
-        awake: &mut Vec<Awake<'a, T>, P>,
+        which: Candidates,
+        active: &mut Vec<ActivePatch<'a, T>, P>,
     ) {
         let (frame, body) = (&equations.frame, equations.body);
-        let near = T::of(APART + WAKE_MM) + state.travel;
-        awake.clear();
+        let near = T::of(APART + NEARBY_MM) + state.travel;
+        active.clear();
         for (index, ((patch, anchor), used)) in self.patches.iter().zip(&state.anchors).zip(&state.used).enumerate() {
-            if which == Wake::Near && !(*used <= near) {
+            if which == Candidates::Near && !(*used <= near) {
                 continue;
             }
             let mut placed = self.placed(patch, *anchor, frame, body);
             if *used >= T::of(APART) {
-                // Where it is with the bulk as it was: apart it may be held anywhere.
+                // Without contact the patch has no anchor yet: it is the place below the present position of the skin.
                 let moved = patch.modes.each_ref().map(|row| along(row, &state.bulk));
-                let here = plus(&placed.place, &turned(&frame.soft, &moved));
-                (placed.anchor, placed.inward) = held(body, foot(body, &here));
+                let here = plus(&placed.place, &rotated(&frame.soft, &moved));
+                (placed.anchor, placed.inward) = anchor_at(body, closest_place(body, &here));
             }
-            // There is room for all that a state has.
-            let _ = awake.push(Awake { index, patch, placed, acting: Acting::nothing() });
+            // Cannot fail: the list has room for all patches of a state.
+            let _ = active.push(ActivePatch { index, patch, placed, contact: PatchContact::without_contact() });
         }
     }
 
-    fn placed<B: Surface<T>>(&self, patch: &Patch<T>, anchor: [T; 2], frame: &Frame<T>, body: &B) -> Placed<T> {
+    /// The quantities of a patch that are constant within a step.
+    fn placed<B: Surface<T>>(&self, patch: &Patch<T>, anchor: [T; 2], frame: &Frame<T>, body: &B) -> PlacedPatch<T> {
         let place = frame.place(patch);
         let variance = if body.is_plane() {
             let along = spread_along(patch, &frame.axes[2]);
@@ -308,75 +318,76 @@ impl<T: Elementary> Pad<'_, T> {
             spread(body, &place, &frame.sides(patch)).variance
         };
         let spread = (variance + T::of(LEAST_SPREAD_MM2)).magnitude().sqrt();
-        let (anchor, inward) = held(body, anchor);
-        Placed { compressed: Compressed::new(patch, spread, &self.numbers.law), place, anchor, inward }
+        let (anchor, inward) = anchor_at(body, anchor);
+        PlacedPatch { compressed: Compressed::new(patch, spread, &self.numbers.law), place, anchor, inward }
     }
 
-    /// Moves what slips or is apart, and sums up.
-    fn settle<const P: usize, B: Surface<T>>(
+    /// Moves the anchors of patches that slip or do not touch, and sums the response over the patches.
+    fn update_anchors_and_sum<const P: usize, B: Surface<T>>(
         &self,
         state: &mut PadState<P, T>,
         equations: &Equations<'_, T, B>,
-        awake: &[Awake<'_, T>],
+        active: &[ActivePatch<'_, T>],
     ) -> Response<T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
         let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
-        let (mut area, mut stuck, mut held, mut strength, mut reach) = (zero, zero, zero, zero, zero);
+        let (mut area, mut stuck_area, mut firm_area, mut strength, mut reach) = (zero, zero, zero, zero, zero);
         let mut middle = zeros::<T, 3>();
-        // Of a plane that turns against the spread of the gaps; finger's frame.
+        // Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame.
         let mut turning = zeros::<T, 3>();
         let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
-        for Awake { index, patch, placed, acting } in awake {
+        for ActivePatch { index, patch, placed, contact } in active {
             let (Some(anchor), Some(used)) = (state.anchors.get_mut(*index), state.used.get_mut(*index)) else {
                 continue;
             };
-            if !acting.touches {
-                *anchor = foot(equations.body, &acting.place);
-                *used = T::of(APART) - (acting.overlap + placed.compressed.spread);
+            if !contact.touches {
+                *anchor = closest_place(equations.body, &contact.place);
+                *used = T::of(APART) - (contact.overlap + placed.compressed.spread);
                 continue;
             }
             if *used >= T::of(APART) {
-                // It was apart at the end of the last step.
+                // The patch did not touch at the end of the last step.
                 *anchor = [placed.anchor[0], placed.anchor[1]];
                 *used = zero;
             }
-            let now = acting.length / (acting.bound + T::of(f32::MIN_POSITIVE));
-            let slips = acting.length > acting.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
+            let used_now = contact.length / (contact.bound + T::of(f32::MIN_POSITIVE));
+            let slips = contact.length > contact.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
             if slips {
-                let way = times(&acting.stretch, acting.bound / acting.length);
-                *anchor = foot(equations.body, &plus(&acting.place, &way));
+                let to_anchor = times(&contact.stretch, contact.bound / contact.length);
+                *anchor = closest_place(equations.body, &plus(&contact.place, &to_anchor));
             }
-            let now = now.at_most(T::of(1.0));
-            let before = used.magnitude();
-            let grows =
-                now - before > T::of(NOTICED) || ((now - before).magnitude() <= T::of(NOTICED) && *used >= zero);
-            // Shares that stick: for the ratio, and a narrower transition for the regime.
-            let (share, firm) = if slips {
+            let used_now = used_now.at_most(T::of(1.0));
+            let used_before = used.magnitude();
+            let grows = used_now - used_before > T::of(NOTICED)
+                || ((used_now - used_before).magnitude() <= T::of(NOTICED) && *used >= zero);
+            // Stuck shares: for the stick ratio, and with a narrower transition for the regime.
+            let (stuck_share, firm_share) = if slips {
                 (zero, zero)
             } else if grows {
-                let beyond = (now - T::of(FIRM)).not_negative();
-                (T::of(1.0) - slipping(now, law.onset), T::of(1.0) - beyond * T::of(1.0 / (1.0 - FIRM)))
+                let beyond = (used_now - T::of(FIRM)).not_negative();
+                (T::of(1.0) - slipping(used_now, law.onset), T::of(1.0) - beyond * T::of(1.0 / (1.0 - FIRM)))
             } else {
                 (T::of(1.0), T::of(1.0))
             };
-            *used = if grows { now } else { -now };
-            let touching = placed.compressed.area(acting.below, law);
-            area += touching;
-            stuck += touching * share;
-            held += touching * firm;
-            strength += acting.strength;
-            let on_skin = minus(&times(&acting.stretch, acting.grip), &times(&acting.inward, acting.force));
-            let arm = plus(&acting.place, &apex);
+            *used = if grows { used_now } else { -used_now };
+            let contact_area = placed.compressed.area(contact.below, law);
+            area += contact_area;
+            stuck_area += contact_area * stuck_share;
+            firm_area += contact_area * firm_share;
+            strength += contact.strength;
+            let on_skin = minus(&times(&contact.stretch, contact.grip), &times(&contact.inward, contact.force));
+            let arm = plus(&contact.place, &apex);
             force = plus(&force, &on_skin);
             moment = plus(&moment, &cross(&arm, &on_skin));
-            middle = plus(&middle, &times(&arm, acting.strength));
-            reach += acting.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
-            // The spread of the gaps within the patch changes as the body turns against it, and the gaps' mean lies beside the middle.
-            let energy = placed.compressed.energy(acting.overlap, acting.force, flat_rate(patch, law));
+            middle = plus(&middle, &times(&arm, contact.strength));
+            reach += contact.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
+            // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
+            // overlap adds a moment about the middle.
+            let energy = placed.compressed.energy(contact.overlap, contact.force, flat_force_rate(patch, law));
             let pull = energy.1 / placed.compressed.spread;
             if equations.body.is_plane() {
-                // The normal through the second moment.
+                // The second moment times the normal.
                 let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
                 let [a, b, c] = spread_along(patch, &equations.frame.axes[2]);
                 turning = plus(&turning, &times(&[xx * a, xy * a + yy * b, xz * a + yz * b + zz * c], pull));
@@ -384,29 +395,30 @@ impl<T: Elementary> Pad<'_, T> {
             }
             let sides = equations.frame.sides(patch);
             let undeformed = spread(equations.body, &placed.place, &sides);
-            let couple = spread(equations.body, &acting.place, &sides).moment;
+            let mean_moment = spread(equations.body, &contact.place, &sides).moment;
             let by_spread = times(&undeformed.variance_slope, -pull);
             force = plus(&force, &by_spread);
             moment = plus(&moment, &cross(&plus(&placed.place, &apex), &by_spread));
-            moment = minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&couple, acting.force)));
+            moment =
+                minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&mean_moment, contact.force)));
         }
-        let turning = turned(&equations.frame.axes, &turning);
+        let turning = rotated(&equations.frame.axes, &turning);
         moment = plus(&moment, &[-turning[1], turning[0], zero]);
-        // Back from the body's axes to those of the plane.
+        // From the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
         let (force, moment) = (back(&force), back(&moment));
         let normal = force[2].not_negative();
-        let some = strength + T::of(f32::MIN_POSITIVE);
+        let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
         let friction = (force[0] * force[0] + force[1] * force[1]).magnitude().sqrt();
-        // Friction and moment about the middle of the strength against an ellipse.
-        let middle = back(&times(&middle, T::of(1.0) / some));
-        let square = (reach / some - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
-        // Of a contact of one patch nothing is left but rounding.
+        // The slip margin compares friction, and the moment about the centre of the strengths, with an ellipse.
+        let middle = back(&times(&middle, T::of(1.0) / strength_or_tiny));
+        let square = (reach / strength_or_tiny - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
+        // With one patch in contact the difference is rounding only.
         let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
         let about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0]);
-        let (share, turning) = (friction / some, about_middle / (some * arm + T::of(1e-12)));
-        let stick_ratio = if area > zero { stuck / area } else { zero };
+        let (share, turning) = (friction / strength_or_tiny, about_middle / (strength_or_tiny * arm + T::of(1e-12)));
+        let stick_ratio = if area > zero { stuck_area / area } else { zero };
         let in_contact = normal > zero;
         let (numbers, steepness) = (self.numbers, steepness(equations.body));
         let (away, deep) = (away(state.tilt), (state.depth - T::of(DEEP_MM)).not_negative());
@@ -437,9 +449,9 @@ impl<T: Elementary> Pad<'_, T> {
             },
             regime: if !in_contact {
                 Regime::NoContact
-            } else if held >= T::of(STICKS) * area {
+            } else if firm_area >= T::of(STICKS) * area {
                 Regime::Stick
-            } else if held <= T::of(SLIDES) * area {
+            } else if firm_area <= T::of(SLIDES) * area {
                 Regime::Slip
             } else {
                 Regime::PartialSlip
@@ -450,54 +462,55 @@ impl<T: Elementary> Pad<'_, T> {
 }
 
 impl<T: Elementary> Frame<T> {
-    /// Place of an undeformed patch, body's frame, mm.
+    /// Position of an undeformed patch, body's frame, mm.
     #[inline(always)]
     fn place(&self, patch: &Patch<T>) -> Vec3<T> {
-        minus(&turned(&self.axes, &minus(&patch.middle_mm, &self.pivot)), &self.apex)
+        minus(&rotated(&self.axes, &minus(&patch.middle_mm, &self.pivot)), &self.apex)
     }
 
-    /// Points beside the middle of a patch that have its second moment, three to either side, body's axes, mm.
+    /// Quadrature points of a patch, with the same second moment; see [`Sides`].
     #[inline(always)]
     pub(super) fn sides(&self, patch: &Patch<T>) -> Sides<T> {
         let zero = T::of(0.0);
         let [xx, xy, yy, xz, yz, zz] = patch.spread_mm.map(|x| x * T::of(ROOT_3));
-        [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| turned(&self.axes, &side))
+        [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| rotated(&self.axes, &side))
     }
 }
 
-/// Which patches are looked at.
+/// The patches that take part in a step.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Wake {
+pub(super) enum Candidates {
     /// Those that touch or may touch in this step.
     Near,
+    /// All patches.
     All,
 }
 
-/// Value of a parabola.
+/// Value of a parabola b[0] + b[1] x + b[2] x².
 fn parabola<T: Elementary>(b: &[T; 3], x: T) -> T {
     b[0] + x * (b[1] + x * b[2])
 }
 
-/// How much of what other poses add to the bands counts: 0 in the neutral pose, 1 far from it.
+/// Factor of the addition for other poses to the bands: 0 in the neutral pose, 1 far from it.
 fn away<T: Elementary>([pitch, roll]: [T; 2]) -> T {
-    let turned = pitch * pitch + roll * roll;
-    turned / (turned + T::of(AWAY_RAD * AWAY_RAD))
+    let rotated = pitch * pitch + roll * roll;
+    rotated / (rotated + T::of(AWAY_RAD * AWAY_RAD))
 }
 
-/// From the finger's axes to those of a plane against which it is pitched and rolled.
+/// Rotation from the finger's axes to those of the plane, for pitch and roll in rad.
 fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
     let ((ps, pc), (rs, rc)) = (pitch.sin_cos(), roll.sin_cos());
     [[pc, ps * rs, ps * rc], [T::of(0.0), rc, -rs], [-ps, pc * rs, pc * rc]]
 }
 
-/// Where a place is held that is not in contact: on the surface beside it.
+/// The point of the surface closest to a place, to first order: its x and y in the tangent plane.
 #[inline(always)]
-fn foot<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
+fn closest_place<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
     let (overlap, inward) = body.overlap(place);
     [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
 }
 
-/// Standard deviations of the points of a patch along a direction, by the rows of the root of their second moment, mm.
+/// L' d for the factor L of the second moment of a patch and a direction d, mm: its length is the standard deviation along d.
 #[inline(always)]
 fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>) -> Vec3<T> {
     let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
@@ -505,7 +518,9 @@ fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>) -> Vec3<T>
     [xx * *x + xy * *y + xz * *z, yy * *y + yz * *z, zz * *z]
 }
 
-/// Share of a patch that slips under a growing load.
+/// Slipping share of a patch under growing load.
+///
+/// * `used`: friction over strength
 #[inline(always)]
 pub(super) fn slipping<T: Elementary>(used: T, onset: T) -> T {
     (onset * (used + T::of(f32::MIN_POSITIVE)).ln()).exp()

@@ -3,7 +3,7 @@ use crate::{Motion, Regime, Response, Status, Tuning};
 
 const N: usize = EXAMPLE_PATCHES;
 
-/// Repeatable numbers.
+/// Reproducible pseudo-random numbers.
 struct Random(u64);
 
 impl Random {
@@ -13,21 +13,21 @@ impl Random {
     }
 }
 
-/// A contact under way: slide x and y and depth (mm), spin, pitch from the neutral one and roll (rad).
+/// A contact along a path. Positions are slide x and y and depth (mm), spin, pitch relative to the neutral one, and roll (rad).
 #[derive(Clone)]
-struct Trip<'a, B> {
+struct PathRun<'a, B> {
     pad: Pad<'a, f64>,
     body: B,
     state: PadState<N, f64>,
     at: [f64; 6],
     last: Response<f64>,
-    /// Work of the body on the finger, and what went in and out, mJ.
+    /// Work of the body on the finger, and the sum of its magnitudes over the steps, mJ.
     work: [f64; 2],
 }
 
 const START: [f64; 6] = [0.0, 0.0, -0.5, 0.0, 0.0, 0.0];
 
-impl<'a, B: Surface<f64>> Trip<'a, B> {
+impl<'a, B: Surface<f64>> PathRun<'a, B> {
     fn new(pad: Pad<'a, f64>, body: B) -> Self {
         let state = if body.is_plane() {
             PadState::new(&pad).unwrap()
@@ -43,7 +43,7 @@ impl<'a, B: Surface<f64>> Trip<'a, B> {
         self.pad.first_touch_mm(&normal) - pivot + at[2]
     }
 
-    /// Force along the plane's axes and moment about the point about which poses turn.
+    /// Force along the plane's axes, and moment about the centre of rotation of poses.
     fn wrench(&self, at: &[f64; 6], r: &Response<f64>) -> ([f64; 3], [f64; 3]) {
         let n = r.normal_force_n;
         let [x, y] = r.friction_n;
@@ -53,28 +53,32 @@ impl<'a, B: Surface<f64>> Trip<'a, B> {
     }
 
     fn step(&mut self, next: [f64; 6]) {
-        let way: [f64; 6] = core::array::from_fn(|k| next[k] - self.at[k]);
-        let motion =
-            Motion { depth_mm: next[2], slide_increment_mm: [way[0], way[1]], spin_increment_rad: way[3], dt_s: 1e-3 };
+        let travel: [f64; 6] = core::array::from_fn(|k| next[k] - self.at[k]);
+        let motion = Motion {
+            depth_mm: next[2],
+            slide_increment_mm: [travel[0], travel[1]],
+            spin_increment_rad: travel[3],
+            dt_s: 1e-3,
+        };
         let pose = [self.pad.numbers.neutral_pitch_deg + next[4].to_degrees(), next[5].to_degrees()];
-        let answer = self.pad.step(&mut self.state, &self.body, motion, pose);
-        let (before, after) = (self.wrench(&self.at, &self.last), self.wrench(&next, &answer));
+        let response = self.pad.step(&mut self.state, &self.body, motion, pose);
+        let (before, after) = (self.wrench(&self.at, &self.last), self.wrench(&next, &response));
         let mean = |k: usize| (0.5 * (before.0[k] + after.0[k]), 0.5 * (before.1[k] + after.1[k]));
-        // The plane turns against the finger when the finger is pitched and rolled.
+        // Rotation of the plane relative to the finger, from the changes of pitch, roll and spin.
         let pitch = 0.5 * (self.at[4] + next[4]);
         let rise = self.height(&next) - self.height(&self.at);
-        let turned = [-way[5] * pitch.cos(), -way[4], way[3] + way[5] * pitch.sin()];
-        let mut done = mean(0).0 * way[0] + mean(1).0 * way[1] + mean(2).0 * rise;
-        for (k, turned) in turned.iter().enumerate() {
-            done += mean(k).1 * turned;
+        let rotated = [-travel[5] * pitch.cos(), -travel[4], travel[3] + travel[5] * pitch.sin()];
+        let mut done = mean(0).0 * travel[0] + mean(1).0 * travel[1] + mean(2).0 * rise;
+        for (k, rotated) in rotated.iter().enumerate() {
+            done += mean(k).1 * rotated;
         }
         self.work[0] += done;
         self.work[1] += done.abs();
-        self.last = answer;
+        self.last = response;
         self.at = next;
     }
 
-    /// Goes straight to a place.
+    /// Moves along a straight line to a position.
     fn to(&mut self, to: [f64; 6], steps: usize) {
         let from = self.at;
         for step in 1..=steps {
@@ -84,30 +88,30 @@ impl<'a, B: Surface<f64>> Trip<'a, B> {
     }
 }
 
-/// Does the same on every body.
+/// Runs a check on every body.
 macro_rules! on_every_body {
     ($pad:expr, $check:ident) => {{
-        $check("plane", Trip::new($pad, Plane));
-        $check("sphere", Trip::new($pad, Sphere { radius_mm: 8.0 }));
-        $check("bowl", Trip::new($pad, Sphere { radius_mm: -40.0 }));
-        $check("cylinder", Trip::new($pad, Cylinder { radius_mm: 10.0, axis: [0.6, 0.8] }));
-        $check("edge", Trip::new($pad, Edge { radius_mm: 2.0, axis: [0.8, 0.6], face: [0.8, 0.6] }));
+        $check("plane", PathRun::new($pad, Plane));
+        $check("sphere", PathRun::new($pad, Sphere { radius_mm: 8.0 }));
+        $check("bowl", PathRun::new($pad, Sphere { radius_mm: -40.0 }));
+        $check("cylinder", PathRun::new($pad, Cylinder { radius_mm: 10.0, axis: [0.6, 0.8] }));
+        $check("edge", PathRun::new($pad, Edge { radius_mm: 2.0, axis: [0.8, 0.6], face: [0.8, 0.6] }));
     }};
 }
 
-/// Where everything sticks the forces are the slopes of the stored energy over all six coordinates of the body.
+/// In full stick the forces are the derivatives of the stored energy over all six coordinates of the body.
 #[test]
 fn forces_are_the_slopes_of_the_energy() {
     let mut example = ExamplePad::new().cast::<f64>();
     example.numbers.law.friction = [500.0, 0.46];
-    fn check<B: Surface<f64> + Clone>(name: &str, mut trip: Trip<'_, B>) {
-        trip.to([0.0, 0.0, 0.9, 0.0, 0.0, 0.0], 60);
-        trip.to([0.4, -0.2, 1.0, 0.1, 0.06, -0.05], 60);
-        let energy = |trip: &Trip<'_, B>| trip.pad.energy_mj(&trip.state, &trip.body);
+    fn check<B: Surface<f64> + Clone>(name: &str, mut run: PathRun<'_, B>) {
+        run.to([0.0, 0.0, 0.9, 0.0, 0.0, 0.0], 60);
+        run.to([0.4, -0.2, 1.0, 0.1, 0.06, -0.05], 60);
+        let energy = |run: &PathRun<'_, B>| run.pad.energy_mj(&run.state, &run.body);
         let both = [0, 1, 2, 3, 4, 5].map(|k| {
             let step = 2e-4;
             let moved = |by: f64| {
-                let mut other = trip.clone();
+                let mut other = run.clone();
                 let mut to = other.at;
                 to[k] += by;
                 other.work = [0.0; 2];
@@ -128,14 +132,14 @@ fn forces_are_the_slopes_of_the_energy() {
 #[test]
 fn closed_paths_yield_no_work() {
     let example = ExamplePad::new().cast::<f64>();
-    fn check<B: Surface<f64> + Clone>(name: &str, start: Trip<'_, B>) {
+    fn check<B: Surface<f64> + Clone>(name: &str, start: PathRun<'_, B>) {
         let mut random = Random(11);
         for path in 0..20 {
-            let mut trip = start.clone();
-            trip.to([0.0, 0.0, random.between(0.2, 1.5), 0.0, 0.0, 0.0], 60);
+            let mut run = start.clone();
+            run.to([0.0, 0.0, random.between(0.2, 1.5), 0.0, 0.0, 0.0], 60);
             for _ in 0..5 {
                 let strength = random.between(0.5, 1.5);
-                trip.state.set_strength_factor(strength);
+                run.state.set_strength_factor(strength);
                 let to = [
                     random.between(-1.0, 1.0),
                     random.between(-1.0, 1.0),
@@ -144,11 +148,11 @@ fn closed_paths_yield_no_work() {
                     random.between(-0.2, 0.2),
                     random.between(-0.2, 0.2),
                 ];
-                trip.to(to, 150);
+                run.to(to, 150);
             }
-            trip.to([0.0, 0.0, trip.at[2], 0.0, 0.0, 0.0], 150);
-            trip.to(START, 150);
-            let [work, exchanged] = trip.work;
+            run.to([0.0, 0.0, run.at[2], 0.0, 0.0, 0.0], 150);
+            run.to(START, 150);
+            let [work, exchanged] = run.work;
             assert!(work > -1e-3 * exchanged, "{name}, path {path}: {work:e} of {exchanged:e} mJ");
             assert!(work < exchanged, "friction dissipates a part");
         }
@@ -156,11 +160,11 @@ fn closed_paths_yield_no_work() {
     on_every_body!(example.pad(), check);
 }
 
-/// A load held below its limit is there after many small cycles of everything, and what a cycle leaves does not change after the first.
+/// A static load below its limit remains after many small cycles of any coordinate, and does not drift after the first cycles.
 #[test]
-fn a_held_load_shakes_down() {
+fn a_static_load_remains_under_small_cycles() {
     let example = ExamplePad::new().cast::<f64>();
-    fn check<B: Surface<f64> + Clone>(name: &str, start: Trip<'_, B>) {
+    fn check<B: Surface<f64> + Clone>(name: &str, start: PathRun<'_, B>) {
         let circle = |k: usize, size: f64| {
             let angle = k as f64 * core::f64::consts::FRAC_PI_4;
             [0.0, 0.0, 0.0, 0.0, size * angle.sin(), size * angle.cos()]
@@ -181,21 +185,21 @@ fn a_held_load_shakes_down() {
             ("pose", circles),
             ("all", all),
         ] {
-            let mut trip = start.clone();
-            trip.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 40);
-            trip.to([0.2, 0.1, 1.0, 0.0, 0.0, 0.0], 40);
-            let held = trip.at;
-            let load = trip.last.friction_n;
+            let mut run = start.clone();
+            run.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 40);
+            run.to([0.2, 0.1, 1.0, 0.0, 0.0, 0.0], 40);
+            let position = run.at;
+            let load = run.last.friction_n;
             let mut after = std::vec::Vec::new();
             for _ in 0..200 {
                 for change in &cycle {
-                    trip.to(core::array::from_fn(|k| held[k] + change[k]), 1);
+                    run.to(core::array::from_fn(|k| position[k] + change[k]), 1);
                 }
-                trip.to(held, 1);
-                after.push(trip.last.friction_n);
+                run.to(position, 1);
+                after.push(run.last.friction_n);
             }
             let size = |f: [f64; 2]| f[0].hypot(f[1]);
-            let off = |a: [f64; 2], b: [f64; 2]| size([a[0] - b[0], a[1] - b[1]]) / trip.last.friction_limit_n;
+            let off = |a: [f64; 2], b: [f64; 2]| size([a[0] - b[0], a[1] - b[1]]) / run.last.friction_limit_n;
             let drift = off(after[199], after[9]);
             assert!(drift < 1e-3, "{name}, {cycle_name}: {drift:.1e} in 190 cycles");
             assert!(size(after[199]) > 0.6 * size(load), "{name}, {cycle_name}: the load is there");
@@ -234,7 +238,7 @@ fn single_precision_follows_double_precision_and_rest_keeps_its_bits() {
         worst = worst.max((f64::from(a.normal_force_n) - b.normal_force_n).abs() / b.normal_force_n.max(1e-3));
         if k % 100 == 99 {
             let still = Motion { depth_mm: single.depth_mm, dt_s: 1e-3, ..Motion::default() };
-            // The step that comes to rest may still have let patches slip; after it nothing moves.
+            // Patches may still slip in the first step at rest; after it nothing moves.
             example.pad().step(&mut state, &Plane, still, single_pose);
             let first = example.pad().step(&mut state, &Plane, still, single_pose);
             let rest = state;
@@ -243,7 +247,7 @@ fn single_precision_follows_double_precision_and_rest_keeps_its_bits() {
                 assert_eq!(again, first, "step {k}");
                 assert_eq!(state, rest, "step {k}");
             }
-            // The twin rests as well: a rest brings either nearer to equilibrium.
+            // The twin takes the same steps at rest: they reduce the error of equilibrium of both.
             let still = Motion { depth_mm: motion.depth_mm, dt_s: 1e-3, ..Motion::default() };
             for _ in 0..21 {
                 twin.pad().step(&mut twin_state, &Plane, still, pose);
@@ -261,7 +265,7 @@ fn bad_input_is_flagged_and_harmless() {
     let press = Motion { depth_mm: 1.0, dt_s: 1e-3, ..Motion::default() };
     let before = pad.step(&mut state, &Plane, press, [30.0, 0.0]);
     assert_eq!(before.status, Status::OK);
-    // What slips at a turn of the motion rests from the next step on.
+    // Patches that slip in the last moving step stick from the next step on.
     let before = Response { ..pad.step(&mut state, &Plane, press, [30.0, 0.0]) };
     for (motion, pose, flag) in [
         (Motion { depth_mm: f32::NAN, ..press }, [30.0, 0.0], Status::BAD_INPUT),
@@ -285,7 +289,7 @@ fn bad_input_is_flagged_and_harmless() {
     assert_eq!(r, Response::default());
 }
 
-/// A long way does not cost digits, and a plane that slides on and on is in steady slip.
+/// A long slide loses no precision, and a plane that keeps sliding is in steady slip.
 #[test]
 fn a_long_slide_is_steady() {
     let example = ExamplePad::new();
@@ -304,31 +308,31 @@ fn a_long_slide_is_steady() {
     }
 }
 
-/// What the solver brings to 0 is the slope of the stored energy over the bulk.
+/// The residual of the solver is the gradient of the stored energy over the bulk.
 #[test]
-fn the_misfit_is_the_slope_of_the_energy_over_the_bulk() {
+fn the_residual_is_the_gradient_of_the_energy_over_the_bulk() {
     let mut example = ExamplePad::new().cast::<f64>();
     example.numbers.law.friction = [500.0, 0.46];
-    fn check<B: Surface<f64> + Clone>(name: &str, mut trip: Trip<'_, B>) {
-        trip.to([0.0, 0.0, 0.9, 0.0, 0.0, 0.0], 60);
-        trip.to([0.4, -0.2, 1.0, 0.1, 0.06, -0.05], 60);
-        // Beside equilibrium.
-        (0..MODES).for_each(|k| trip.state.bulk[k] += 0.02 * (k as f64 + 0.5).sin());
-        let misfit = trip.pad.misfit(&trip.state, &trip.body);
-        for (k, misfit) in misfit.into_iter().enumerate() {
+    fn check<B: Surface<f64> + Clone>(name: &str, mut run: PathRun<'_, B>) {
+        run.to([0.0, 0.0, 0.9, 0.0, 0.0, 0.0], 60);
+        run.to([0.4, -0.2, 1.0, 0.1, 0.06, -0.05], 60);
+        // A state away from equilibrium.
+        (0..MODES).for_each(|k| run.state.bulk[k] += 0.02 * (k as f64 + 0.5).sin());
+        let residual = run.pad.residual(&run.state, &run.body);
+        for (k, residual) in residual.into_iter().enumerate() {
             let energy = |by: f64| {
-                let mut state = trip.state;
+                let mut state = run.state;
                 state.bulk[k] += by;
-                trip.pad.energy_mj(&state, &trip.body)
+                run.pad.energy_mj(&state, &run.body)
             };
             let slope = (energy(1e-5) - energy(-1e-5)) / 2e-5;
-            assert!((slope - misfit).abs() < 1e-5, "{name}, coordinate {k}: {slope:e} {misfit:e}");
+            assert!((slope - residual).abs() < 1e-5, "{name}, coordinate {k}: {slope:e} {residual:e}");
         }
     }
     on_every_body!(example.pad(), check);
 }
 
-/// A step that is too large for its rounds says so, and the next ones find equilibrium again.
+/// A step that is too large for the iterations is flagged, and later steps find equilibrium again.
 #[test]
 fn a_step_without_equilibrium_is_flagged() {
     let mut example = ExamplePad::new();
@@ -346,7 +350,7 @@ fn a_step_without_equilibrium_is_flagged() {
     assert_eq!(r.status, Status::OK, "{r:?}");
 }
 
-/// Memory that was overwritten: the next steps reset and flag it, or give finite answers; then the contact goes on as a new one.
+/// After the memory was overwritten, the next steps either reset and flag it or return finite responses.
 #[test]
 fn overwritten_memory_is_reset_or_sound() {
     let example = ExamplePad::new();
@@ -387,7 +391,7 @@ fn overwritten_memory_is_reset_or_sound() {
     assert!(lost > 100 && kept > 100, "{lost} {kept}");
 }
 
-/// A finger of another size, stiffness and lambda on a body of another size: `tuned` against a pad whose every number is changed by hand.
+/// For another size, stiffness and lambda, `tuned` agrees with a pad whose numbers are all converted one by one.
 #[test]
 fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     let example = ExamplePad::new().cast::<f64>();
@@ -396,7 +400,7 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     let tuning = Tuning { size: s as f32, stiffness: e as f32, lambda: lambda as f32 };
     let tuned = pad.tuned(tuning).unwrap();
     let mut other = ExamplePad::new().cast::<f64>();
-    // Coordinates of the bulk are roots of energies.
+    // Coordinates of the bulk are square roots of energies.
     let root = f64::sqrt(e * s * s * s);
     let scaled = |row: [f64; MODES], by: f64| row.map(|x| x * by);
     for patch in &mut other.patches {
@@ -421,7 +425,7 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     law.friction[0] *= lambda;
     for axis in &mut law.lift {
         for (k, x) in axis.iter_mut().enumerate() {
-            // Products of two translations, of one and a rotation, of two rotations.
+            // Products of two translations, of a translation and a rotation, of two rotations.
             *x *= [1.0 / s, 1.0 / s, s, 1.0 / s, 1.0, 1.0, 1.0 / s, s, s, 1.0, 1.0, s][k];
         }
     }
@@ -461,7 +465,8 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     }
 }
 
-/// What a contact bears after a long slide or spin is what its limit surface says of that motion, and nothing inside is beyond it.
+/// After a long slide or spin, friction and moment are the point of the limit surface of that motion. No other motion takes more work from
+/// them than from its own point.
 #[test]
 fn full_slip_ends_on_the_limit_surface() {
     let example = ExamplePad::new().cast::<f64>();
@@ -479,14 +484,14 @@ fn full_slip_ends_on_the_limit_surface() {
         for _ in 0..200 {
             last = pad.step(&mut state, &Plane, motion(step), [30.0, 0.0]);
         }
-        // Velocities are those about where the body is: the spin goes about the point under first touch.
+        // The spin of the motion is about the point under first touch.
         let limit = pad.full_slip(&state, &Plane, step);
         let found = [last.friction_n[0], last.friction_n[1], last.spin_moment_n_mm];
         let scale = [last.friction_limit_n, last.friction_limit_n, 3.0 * last.friction_limit_n];
         for k in 0..3 {
             assert!((found[k] - limit[k]).abs() < 0.02 * scale[k], "{step:?}: {found:?} {limit:?}");
         }
-        // Work against any motion is at most that of the limit surface.
+        // The work along any motion is at most that of the limit surface.
         for of in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.1], [-1.0, 0.3, -0.5], [0.0, 0.0, 1.0]] {
             let most = pad.full_slip(&state, &Plane, of);
             let work = |f: &[f64; 3]| f[0] * of[0] + f[1] * of[1] + f[2] * of[2];

@@ -1,13 +1,13 @@
-//! Vectors and matrices of three, and the bulk's symmetric matrices, packed.
+//! Vectors and matrices in three dimensions, and packed symmetric matrices over the bulk.
 //!
-//! Plain arrays: every operation has one order on host and target, so that both get the same bits.
+//! They are plain arrays. The order of operations is fixed, so that host and target compute the same bits.
 
 use crate::math::Scalar;
 
 use super::{MODES, PACKED};
 
 pub(crate) type Vec3<T> = [T; 3];
-/// Rows.
+/// A matrix by rows.
 pub(crate) type Mat3<T> = [[T; 3]; 3];
 /// Coordinates of the bulk.
 pub(crate) type Bulk<T> = [T; MODES];
@@ -46,13 +46,13 @@ pub(crate) fn times<T: Scalar>(a: &Vec3<T>, s: T) -> Vec3<T> {
 
 /// Matrix times vector.
 #[inline(always)]
-pub(crate) fn turned<T: Scalar>(m: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn rotated<T: Scalar>(m: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
     [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]
 }
 
 /// Transposed matrix times vector.
 #[inline(always)]
-pub(crate) fn turned_back<T: Scalar>([a, b, c]: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
+pub(crate) fn rotated_back<T: Scalar>([a, b, c]: &Mat3<T>, v: &Vec3<T>) -> Vec3<T> {
     let row = |x: T, y: T, z: T| x * v[0] + y * v[1] + z * v[2];
     [row(a[0], b[0], c[0]), row(a[1], b[1], c[1]), row(a[2], b[2], c[2])]
 }
@@ -67,9 +67,9 @@ pub(crate) fn along<T: Scalar>(a: &Bulk<T>, b: &Bulk<T>) -> T {
     sum
 }
 
-/// Does something with each row of a lower triangle, in order or backwards; the diagonal is the last element of a row.
+/// Evaluates an expression for each row of a lower triangle, in order or backwards; the diagonal is the last element of a row.
 ///
-/// Every row has its own length, known to the compiler: unrolled, which takes a third of the instructions of loops.
+/// The rows have lengths that are constant at compile time, so that their loops are unrolled: a third of the instructions.
 macro_rules! each_row {
     ($m:expr, $row:ident => $do:expr) => {
         each_row!($m, split_first_chunk, $row => $do, 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
@@ -81,7 +81,7 @@ macro_rules! each_row {
         each_row!(back $m, $row => $do, 16 15 14 13 12 11 10 9 8 7 6 5 4 3 2 1)
     };
     ($m:expr, $split:ident, $row:ident => $do:expr, $($length:literal)*) => {
-        // The last split leaves nothing, and none fails.
+        // No split fails: the lengths add up to that of the matrix.
         let _ = (|| {
             let rest = $m;
             $(
@@ -109,7 +109,7 @@ pub(crate) fn symmetric<T: Scalar>(m: &Packed<T>, v: &Bulk<T>) -> Bulk<T> {
     #[inline(always)]
     fn add<T: Scalar, const N: usize>(row: &[T; N], v: &Bulk<T>, out: &mut Bulk<T>) {
         let (by, mut sum) = (v[N - 1], T::of(0.0));
-        // The diagonal goes into the sum alone.
+        // The diagonal contributes to the sum only.
         for k in 0..N - 1 {
             sum += row[k] * v[k];
             out[k] += row[k] * by;
@@ -127,7 +127,7 @@ pub(crate) fn add_square<T: Scalar>(m: &mut Packed<T>, v: &Bulk<T>, scale: T) {
     add_products(m, [v], [&v.map(|x| x * scale)]);
 }
 
-/// Adds the sum of the products a b', of which only the lower triangle is read: it must be symmetric.
+/// Adds the sum of the outer products a b'. The sum must be symmetric; only its lower triangle is computed.
 pub(crate) fn add_products<T: Scalar, const K: usize>(m: &mut Packed<T>, a: [&Bulk<T>; K], b: [&Bulk<T>; K]) {
     #[inline(always)]
     fn add<T: Scalar, const N: usize, const K: usize>(row: &mut [T; N], a: &[&Bulk<T>; K], b: &[&Bulk<T>; K]) {
@@ -140,7 +140,7 @@ pub(crate) fn add_products<T: Scalar, const K: usize>(m: &mut Packed<T>, a: [&Bu
     each_row!(mut m, row => add(row, &a, &b));
 }
 
-/// Least pivot of a factor, of a matrix that is at least about 1: none below it is met but by rounding.
+/// Least pivot of a factor. The eigenvalues of the tangent stiffness are about 1 or more, so that smaller pivots are rounding errors.
 const LEAST_PIVOT: f32 = 0.25;
 
 /// Adds to the diagonal.
@@ -152,8 +152,7 @@ pub(crate) fn add_diagonal<T: Scalar>(m: &mut Packed<T>, x: T) {
     each_row!(mut m, row => add(row, x));
 }
 
-/// A factor in half the memory: the upper 16 bits of each number in single precision, which keep three digits. Newton's method needs no
-/// more of it.
+/// A factor in half the memory: the upper 16 bits of each single-precision number. These two to three digits suffice for Newton's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub(crate) struct Rounded([u16; PACKED]);
@@ -166,7 +165,7 @@ impl Rounded {
         self.0.iter().all(|upper| number::<f32>(*upper).abs() <= most)
     }
 
-    /// To the nearest.
+    /// Rounds to nearest.
     pub fn of<T: Scalar>(m: &Packed<T>) -> Self {
         Self(m.map(|x| {
             let bits = x.to_f32().to_bits();
@@ -180,7 +179,7 @@ fn number<T: Scalar>(upper: u16) -> T {
     T::of(f32::from_bits(u32::from(upper) << 16))
 }
 
-/// Replaces a symmetric matrix by its factor: L D L' with ones on the diagonal of L, 1/D in their place.
+/// Replaces a symmetric matrix by its factors L D L'. L has ones on its diagonal, which stores 1/D instead.
 pub(crate) fn factor<T: Scalar + PartialOrd>(m: &mut Packed<T>) {
     for row in 0..MODES {
         let (before, rest) = m.split_at_mut((row * (row + 1) / 2).min(PACKED));
@@ -189,7 +188,7 @@ pub(crate) fn factor<T: Scalar + PartialOrd>(m: &mut Packed<T>) {
             return;
         };
         let mut others: &[T] = before;
-        // What is left of the row is that of L D so far.
+        // Forms the row of L D.
         for column in 0..row {
             let (other, left) = others.split_at((column + 1).min(others.len()));
             let (done, rest) = own.split_at_mut(column.min(own.len()));
@@ -215,7 +214,7 @@ pub(crate) fn factor<T: Scalar + PartialOrd>(m: &mut Packed<T>) {
     }
 }
 
-/// Solution with a factor of [`factor`].
+/// Solution of the linear equations with the factors of [`factor`].
 pub(crate) fn solve<T: Scalar>(m: &Rounded, right: &Bulk<T>) -> Bulk<T> {
     #[inline(always)]
     fn down<T: Scalar, const N: usize>(row: &[u16; N], x: &mut Bulk<T>) {
@@ -258,7 +257,7 @@ mod tests {
         let right: Bulk<f64> = core::array::from_fn(|k| libm::cos(k as f64));
         let mut f = m;
         factor(&mut f);
-        // Each round leaves a share of the residual that the rounding of the factor decides.
+        // Iterative refinement: the rounding of the factor determines how much of the residual each iteration leaves.
         let mut x: Bulk<f64> = zeros();
         for _ in 0..12 {
             let back = symmetric(&m, &x);

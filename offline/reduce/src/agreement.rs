@@ -1,4 +1,4 @@
-//! How far a finished model is from finite-element runs that it was not fitted to.
+//! Differences between a finished model and finite-element runs that it was not fitted to.
 //!
 //! Main type: [`Agreement`]. Uses replay.
 
@@ -18,7 +18,7 @@ pub struct Agreement {
     pub friction: Difference,
 }
 
-/// Root mean square and largest difference of a quantity, and what it is compared with.
+/// Root mean square and largest difference of a quantity, and its largest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
     /// Root mean square, N.
@@ -30,7 +30,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Of pairs of a difference's size and the quantity's size.
+    /// From pairs of the magnitude of the difference and the magnitude of the quantity.
     fn over(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let count = pairs.clone().count().max(1) as f64;
         Self {
@@ -40,7 +40,7 @@ impl Difference {
         }
     }
 
-    /// Root mean square and largest difference, percent of the largest value; NaN without any.
+    /// Root mean square and largest difference, percent of the largest value; NaN if that is 0.
     pub fn percent(&self) -> [f64; 2] {
         [self.rms_n, self.largest_n].map(|n| 100.0 * n / self.of_n)
     }

@@ -1,4 +1,4 @@
-//! The error band: how wide it must be for 95 % of what the fit did not see to lie within.
+//! The error band: the half-widths that contain 95 % of the rows that the fit did not use.
 //!
 //! Main types: [`Band`], [`Coverage`]. The normal force's half-width is a table over depth times a parabola in the stick
 //! ratio; that of each friction component a parabola in the stick ratio times the limit. Uses replay, runs.
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 use super::replay::replay;
 use super::{Run, Sample};
 
-/// Share of rows that the band is made to cover.
+/// Share of rows that the band must contain.
 pub const TARGET: f64 = 0.955;
 /// Depth bins of the normal force's table.
 const BINS: usize = 5;
-/// Least half-width of the normal force, N: what the file's floats resolve is far below.
+/// Least half-width of the normal force, N; far above the rounding of the file's numbers.
 const NORMAL_FLOOR_N: f64 = 2e-4;
 
 /// Shares of rows that lie within the band.
@@ -28,7 +28,7 @@ pub struct Coverage {
     pub friction: f64,
 }
 
-/// Half-widths, ready to be put into parameters.
+/// Half-widths of the bands, in the form of the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
     /// Depths of the bins' middles, mm, and half-widths of the normal force in full stick there, N.
@@ -62,7 +62,7 @@ fn rows<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]
     runs.iter().flat_map(|run| run.samples.iter().zip(replay(model, run)).filter_map(row).collect::<Vec<_>>()).collect()
 }
 
-/// The strength L that the core's friction band is a share of.
+/// The strength, N, of which the core's friction band is a share.
 fn strength_of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> f64 {
     let data = model.data();
     let x = (depth_mm / data.depth_max * (N - 1) as f32).clamp(0.0, (N - 1) as f32);
@@ -70,7 +70,7 @@ fn strength_of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_
     f64::from(row.limit.value + row.limit.change * (x - x.floor())).max(1e-9)
 }
 
-/// The `share` quantile; 0 of nothing.
+/// The `share` quantile; 0 for an empty list.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
@@ -97,7 +97,7 @@ fn unevenness(rows: &[BandRow], within: impl Fn(&BandRow) -> (usize, usize)) -> 
         .sum()
 }
 
-/// Values at stick ratios of 0.5 and 0 that are tried, evenly in their logarithm; those whose parabola stays well above 0.
+/// Candidates for the values at stick ratios of 0.5 and 0, evenly spaced in their logarithm, whose parabola stays well above 0.
 fn shapes() -> impl Iterator<Item = [f64; 2]> {
     let values = || (-16..=16).map(|i| 1.2f64.powi(i));
     let high = |shape: &[f64; 2]| (0..=20).all(|i| bow(0.05 * f64::from(i), *shape) > 0.2 * shape[1].min(1.0));
@@ -105,7 +105,7 @@ fn shapes() -> impl Iterator<Item = [f64; 2]> {
 }
 
 impl Band {
-    /// The narrowest even band over `runs`.
+    /// The band that contains 95 % of the rows of `runs`, in the shape whose coverage is most even over the regimes.
     pub fn of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[&Run]) -> Self {
         let rows = rows(model, runs);
         let mut order: Vec<&BandRow> = rows.iter().collect();
@@ -137,7 +137,7 @@ impl Band {
         Self { normal: table(normal_shape), normal_shape, friction: [width, width * shape[0], width * shape[1]] }
     }
 
-    /// Puts the band into parameters.
+    /// Writes the band into parameters.
     pub fn put<const M: usize, const N: usize>(&self, params: &mut ParamsOf<M, N>) {
         let cell = f64::from(params.depth_max_mm) / (N - 1) as f64;
         for (i, node) in params.nodes.iter_mut().enumerate() {
@@ -149,7 +149,7 @@ impl Band {
     }
 }
 
-/// Straight between points, constant beyond them.
+/// Linear between points, constant beyond them.
 fn interpolate(points: &[(f64, f64)], x: f64) -> f64 {
     let after = points.partition_point(|p| p.0 <= x);
     match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
@@ -183,7 +183,7 @@ impl Coverage {
         })
     }
 
-    /// The coverages of two disjoint sets of rows together.
+    /// The coverage of the union of two disjoint sets of rows.
     pub fn together(self, other: Self) -> Self {
         let (a, b) = (self.rows as f64, other.rows as f64);
         let mean = |x: f64, y: f64| if a + b > 0.0 { (a * x + b * y) / (a + b) } else { 0.0 };

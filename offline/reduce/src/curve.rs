@@ -32,7 +32,8 @@ fn point<const M: usize, const N: usize>(
 
 /// Fits models of several sizes: springs 2 to 8 with the default's nodes, and fewer and more nodes with its springs.
 ///
-/// Runs that the planar fit cannot follow are left out. `go_on` is asked before each fit, with the share done.
+/// Runs that a bed of springs does not represent are left out. Before each fit `go_on` receives the finished share; the fits continue
+/// if it returns true.
 ///
 /// # Errors
 /// As [`fit`].

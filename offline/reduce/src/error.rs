@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// Why a reduced model cannot be made or used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReduceError {
-    /// A stored run that is not one, or damaged.
+    /// A file that is not a stored run, or a damaged one.
     #[error("{}: {problem}", path.display())]
     Run {
         /// The file.
@@ -13,7 +13,7 @@ pub enum ReduceError {
         /// The problem with it.
         problem: String,
     },
-    /// Settings that make no design of experiments.
+    /// Invalid settings of the design of experiments.
     #[error("design.{key} = {value}: {problem}")]
     Design {
         /// The key.
@@ -23,11 +23,11 @@ pub enum ReduceError {
         /// The problem with it.
         problem: String,
     },
-    /// Runs that do not belong together or do not suffice.
+    /// Runs that do not belong together, or too few runs.
     #[error("{0}")]
     Runs(String),
-    /// The fit found no model that `fingerpad` accepts.
-    #[error("the fitted numbers are no model: {0}")]
+    /// Numbers that the core refuses as a model.
+    #[error("the numbers of the model are invalid: {0}")]
     Model(#[from] fingerpad::Error),
     /// A pose out of a pad's range.
     #[error("{axis} of {value}°: the pad's range is {}° to {}°", range[0], range[1])]
@@ -42,7 +42,7 @@ pub enum ReduceError {
     /// A model that cannot be retuned.
     #[error("{0}")]
     Retune(String),
-    /// The fit ended without an answer.
+    /// The fit ended without a result.
     #[error("the fit failed: {0}")]
     Fit(String),
 }

@@ -1,7 +1,8 @@
-//! The fit: the model's numbers that make its replay of the runs least wrong, in the sense of weighted least squares.
+//! The fit: weighted least squares of the model's parameters to the differences between its replay and the runs.
 //!
-//! Main types: [`Settings`], [`fit`]. First what normal force and friction depend on, from several starts, then stick ratio
-//! and area, then what only a spin shows. Minimiser: Levenberg–Marquardt after MINPACK (crate `levenberg-marquardt`).
+//! Main types: [`Settings`], [`fit`]. The stages fit the parameters of normal force and friction from several starts, then those of
+//! stick ratio and area, then those that act under spin only. Minimiser: Levenberg–Marquardt after MINPACK (crate
+//! `levenberg-marquardt`).
 //! Uses initial_guess, parameterisation, residuals.
 
 use fingerpad::Error;
@@ -23,26 +24,25 @@ pub struct Settings {
     pub rising_knots: usize,
     /// Knots of the other tables.
     pub gentle_knots: usize,
-    /// Error of the normal force that counts 1, share of the largest of its run.
+    /// Error of the normal force that has a residual of 1, share of the largest of its run.
     pub normal_share: f64,
-    /// Error of friction, and of the spin moment over 3 mm, that counts 1, share of the limit at the depth.
+    /// Error of friction, and of the spin moment over 3 mm, that has a residual of 1, share of the limit at the depth.
     pub friction_share: f64,
-    /// Error of the stick ratio that counts 1.
+    /// Error of the stick ratio that has a residual of 1.
     pub stick: f64,
-    /// Error of the stick ratio that counts 1 where everything sticks or everything slips.
+    /// The same in full stick and in full slip.
     pub stick_end: f64,
-    /// Error of the area that counts 1, share of the largest of its run.
+    /// Error of the area that has a residual of 1, share of the largest of its run.
     pub area_share: f64,
-    /// Error of the centre of pressure that counts 1, mm, under the largest normal force of its run.
+    /// Error of the centre of pressure that has a residual of 1, mm, under the largest normal force of its run.
     pub centre_mm: f64,
-    /// Change of a number of the fit that counts 1: holds what the runs do not determine at its start.
+    /// Change of a number of the fit that has a residual of 1. This prior keeps numbers that the runs do not determine near their start.
     pub prior: f64,
     /// The same for the bends of the yield slides over depth.
     pub bend_prior: f64,
     /// Largest number of iterations.
     pub iterations: usize,
-    /// Further fits of the forces from springs that touch at other depths, the best of which is kept: the sum of squares has
-    /// many minima.
+    /// Number of further fits of the forces, from springs that touch at other depths. The best is kept; the sum of squares has many minima.
     pub restarts: usize,
 }
 
@@ -76,21 +76,21 @@ pub struct Fitted<const M: usize, const N: usize> {
     pub cost: [f64; 2],
     /// Evaluations of all runs, those for derivatives not counted.
     pub evaluations: usize,
-    /// Why the last minimisation of the forces stopped, in the minimiser's words.
+    /// Why the last minimisation of the forces stopped: text of the minimiser.
     pub ended: String,
 }
 
-/// Largest depth of the tables over that of the runs: at the last node itself the tables have no slope.
+/// Largest depth of the tables over that of the runs. It is above 1 because the tables have no slope at the last node.
 const BEYOND: f64 = 1.005;
 /// Depth at which the second spring touches, mm, in the first start and in the further ones.
 const SECOND_TOUCHES_MM: [f64; 4] = [0.12, 0.03, 0.3, 0.01];
-/// What a row of a run of another model counts, over one of the finite elements. With an equal count friction along held-out runs
-/// erred by 4.8 % of its limit, with a tenth by 2.9 %, with a thirtieth by 2.7 % (no correction over depth).
+/// Weight of a row of a run of another model over that of a row of the finite elements. Along held-out runs the error of friction was
+/// 4.8 % of its limit with equal weights, 2.9 % with a tenth, and 2.7 % with a thirtieth (without a correction over depth).
 const BESIDE: f64 = 0.1;
-/// Depth between whose half and which the others do, share of the largest.
+/// The other springs touch between half of this depth and this depth, share of the largest.
 const LAST_TOUCHES: f64 = 0.5;
 
-/// Minimisations of [`fit`].
+/// Number of minimisations of [`fit`].
 pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
     let of_forces = SECOND_TOUCHES_MM.len().min(1 + settings.restarts) + 1;
     // Contact; springs in turn, two ways, and each spring turned.
@@ -99,12 +99,12 @@ pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
 
 /// Fits the form with `M` springs and `N` table nodes to those `runs` that are not held out.
 ///
-/// * `beside`: runs of another model of the same finger, of which each row counts a tenth as much
+/// * `beside`: runs of another model of the same finger; each row has a tenth of the weight
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
-/// [`ReduceError::Runs`] if the runs do not suffice for a start, [`ReduceError::Model`] if the core refuses the end's numbers,
-/// [`ReduceError::Fit`] if the minimiser gave up.
+/// [`ReduceError::Runs`] if there are too few runs for an initial guess, [`ReduceError::Model`] if the core refuses the fitted numbers,
+/// [`ReduceError::Fit`] if the minimiser fails.
 pub fn fit<const M: usize, const N: usize>(
     runs: &[Run],
     beside: &[Run],
@@ -139,21 +139,22 @@ pub fn fit<const M: usize, const N: usize>(
     let (params, given_up) = accepted(&params)?;
     let ended = match given_up {
         0.0 => ended,
-        share => format!("{ended}; {:.2} % of what couples depth and slide given up to be passive", 100.0 * share),
+        share => format!("{ended}; coupling of depth and slide reduced by {:.2} % for passivity", 100.0 * share),
     };
     Ok(Fitted { params, theta: stages.theta, cost: stages.cost, evaluations: stages.evaluations, ended })
 }
 
-/// Share of what couples depth and slide that may be given up at a depth for a model that is passive, and the part of it that is
-/// given up at a time.
+/// Largest reduction of the coupling between depth and slide at a depth for passivity, share of the fitted coupling.
 const GIVEN_UP: f64 = 0.9;
+/// Reduction in one iteration.
 const PART: f64 = 0.01;
-/// Depths to either side of one where it is not passive that give up less and less: a sudden change would bend the curves.
+/// Number of nodes to either side of a node that is not passive over which the reduction decreases to 0. It keeps the curves smooth.
 const NEIGHBOURS: usize = 6;
 
-/// The parameters in the numbers of the target, and the share of what couples depth and slide that was given up, the mean over
-/// depth. A fit that ends beyond the bound of what is passive is brought to it: about the depths where it is beyond, the stiffness
-/// changes with depth by as much less, and pressing amounts to as much less slide, as it takes.
+/// The parameters in single precision, and the mean reduction over depth of the coupling between depth and slide.
+///
+/// A fit that is not passive is made passive: around the depths where it is not, the slope of the stiffness over depth and the press
+/// coupling are reduced as far as necessary.
 fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
     let mut kept = [1.0; N];
     loop {
@@ -173,7 +174,7 @@ fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Res
     }
 }
 
-/// The same with one share given up at all depths, which bends no curve.
+/// The same with an equal reduction at all depths, which keeps the shape of all curves.
 fn evenly<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
     let mut share = PART;
     loop {
@@ -186,7 +187,7 @@ fn evenly<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Resul
     }
 }
 
-/// Parameters of which a share of what couples depth and slide is kept at each depth, in the numbers of the target.
+/// The parameters in single precision, with the given share of the coupling between depth and slide at each depth.
 fn less_coupled<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, kept: &[f64; N]) -> ParamsOf<M, N> {
     let mut less = *params;
     for (node, kept) in less.nodes.iter_mut().zip(kept) {
@@ -196,10 +197,11 @@ fn less_coupled<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, ke
     rounded(&less)
 }
 
-/// The fit's stages and what they have found so far.
+/// The stages of the fit and their results so far.
 struct Stages<'a, const M: usize, const N: usize> {
-    /// Runs and what a row of them counts.
+    /// Runs without spin, each with the weight of its rows.
     planar: Vec<(&'a Run, f64)>,
+    /// Runs with spin, with the same weights.
     spinning: Vec<(&'a Run, f64)>,
     guess: InitialGuess,
     layout: Parameterisation,
@@ -211,7 +213,7 @@ struct Stages<'a, const M: usize, const N: usize> {
 }
 
 impl<const M: usize, const N: usize> Stages<'_, M, N> {
-    /// Minimises over the part of the vector that `compared` stands for, from `theta`; returns the vector and the report.
+    /// Minimises over the part of the vector that belongs to `compared`, from `theta`; returns the vector and the report.
     fn minimised(
         &mut self,
         compared: Compared,
@@ -230,7 +232,7 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
         };
         let origin = theta[range.clone()].to_vec();
         let before = problem.residuals(&origin).ok_or_else(|| ReduceError::Fit("no residuals".into()))?;
-        // The first step may change a number by about as much as it measures: farther off lie other minima.
+        // The first step changes a number by about its own size at most, so that the search stays near this minimum.
         let minimiser = LevenbergMarquardt::new()
             .with_ftol(3e-5)
             .with_xtol(1e-6)
@@ -264,7 +266,7 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
                 self.cost = [before, report.objective_function];
             }
         }
-        // Once more from the best end: what the prior held near its start goes on.
+        // Repeats the minimisation from the best result, with the prior around it.
         let (theta, _, report) = self.minimised(Compared::Forces, &self.theta.clone())?;
         if report.objective_function < self.cost[1] {
             self.theta = theta;
@@ -279,8 +281,8 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
         Ok(())
     }
 
-    /// Places of the pairs, and the centre of pressure: from pairs that lie along x and y in turn, then with one of them turned
-    /// if that is better.
+    /// Positions of the pairs, and the centre of pressure. The fit starts from pairs along x and y in turn, then tries each pair along the
+    /// other axis and keeps the best.
     fn fit_spin(&mut self) -> Result<(), ReduceError> {
         if self.spinning.is_empty() {
             return Ok(());
@@ -318,9 +320,9 @@ impl<const M: usize, const N: usize> Stages<'_, M, N> {
 mod tests {
     use super::*;
 
-    /// Numbers that couple too much near the deepest press are brought to what is passive there; shallow ones stay as they are.
+    /// A coupling that is not passive near the deepest press is reduced there and kept at small depths.
     #[test]
-    fn what_is_not_passive_is_given_up_about_its_depth() {
+    fn coupling_that_is_not_passive_is_reduced_around_its_depth() {
         let layout = Parameterisation::new(9, 4, 2.5, 0.4);
         let passive = layout.params::<3, 37>(&layout.start(&[0.0, 0.1, 0.8], &InitialGuess::of_a_finger()));
         assert_eq!(accepted(&passive).unwrap(), (rounded(&passive), 0.0));
@@ -337,7 +339,7 @@ mod tests {
         assert!(found.nodes[30].press_coupling.abs() > 0.5 * coupled.nodes[30].press_coupling.abs() as f32);
         let (found, share) = evenly(&coupled).unwrap();
         assert!(found.validate().is_ok() && share > 0.0 && share <= GIVEN_UP, "{share}");
-        // What would take more than is allowed is refused.
+        // A fit that needs more than the largest reduction is refused.
         coupled.nodes.iter_mut().for_each(|node| node.press_coupling = 5.0);
         assert!(matches!(accepted(&coupled), Err(Error::NotPassive { .. })));
     }

@@ -61,7 +61,7 @@ pub fn initial_guess(runs: &[&Run]) -> Result<InitialGuess, ReduceError> {
         }
     }
     if limit.len() < 3 {
-        // Slides that end too early still show how the limit grows; the fit finds how far it lies above.
+        // Slides that end too early still give the exponent of the limit; the fit corrects the factor.
         limit.append(&mut below_limit);
     }
     let x = power_law(&stiffness_x, "the stiffness along x (slides within 11° of it)")?;

@@ -1,8 +1,8 @@
 //! The limit surface of a model: friction and moment in steady slip, for slides and turns in all directions.
 //!
-//! Main type: [`LimitSurface`]. A bed's point is its friction at the end of a long slide. A pad's is the sum of the strengths of its patches,
-//! each along its own slip, at the pressures of the press ([`Pad::full_slip`]): a pad whose plane turns about a point of the contact
-//! carries the patch there round, and its slide never becomes steady. Uses the package `fingerpad` alone.
+//! Main type: [`LimitSurface`]. For a bed, a point is its friction at the end of a long slide. For a pad, it is the sum of the strengths of
+//! its patches, each along its own slip, at the pressures of the press ([`Pad::full_slip`]). A slide of a pad about a point of the contact
+//! would not become steady: the patch at that point turns with the plane. Uses the package `fingerpad` only.
 
 use std::fmt::Write as _;
 
@@ -12,26 +12,26 @@ use rayon::prelude::*;
 
 use crate::pad::MOST_PATCHES;
 
-/// Arm by which a turn counts as travel and a moment as a force, mm: about the moment's limit over friction's.
+/// Arm that converts a rotation to a travel and a moment to a force, mm: about the limit of the moment over that of friction.
 pub const ARM_MM: f64 = 3.0;
 /// First line of a table.
 pub const COLUMNS: &str =
     "direction_x,direction_y,direction_spin,friction_x_n,friction_y_n,spin_moment_n_mm,normal_force_n";
-/// How a mesh begins.
+/// First line of a mesh.
 pub const MESH_HEAD: &str = "# A limit surface; made by `fingerpad export`.";
 
-/// Times that the edges of an icosahedron of directions are halved: 642 directions.
+/// Number of subdivisions of an icosahedron of directions: 642 directions.
 const HALVINGS: usize = 3;
 /// Steps of the press.
 const PRESS_STEPS: usize = 50;
-/// Travel of a step, mm, and number of steps: short ones first, then long ones where the plane turns about a point of the contact. A
-/// spring near that point is hardly moved, and slips late.
+/// Travel of a step, mm, and number of steps: short steps first, then long ones for a plane that turns about a point of the contact. A
+/// spring near that point moves little and slips late.
 const STAGES: [(f64, usize); 2] = [(0.05, 1200), (0.5, 8000)];
-/// A slide is steady when its load has changed by at most this share of its size over this many steps.
+/// A slide is steady when its load has changed by at most this share of its magnitude over this many steps.
 const STEADY: f64 = 1e-4;
 const STEADY_STEPS: usize = 40;
 
-/// Why there is no limit surface.
+/// Why a limit surface cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LimitSurfaceError {
     /// A depth or an angle outside the range in which the model was fitted.
@@ -66,13 +66,13 @@ pub enum LimitSurfaceError {
 /// Friction and moment of one direction in steady slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitPoint {
-    /// Motion of the plane: along x and y, and its turn times [`ARM_MM`]; of length 1.
+    /// Motion of the plane: slides along x and y, and its rotation times [`ARM_MM`]; a unit vector.
     pub direction: [f64; 3],
     /// Friction along x and y, N.
     pub friction_n: [f64; 2],
     /// Moment about the normal through the point under first touch, N mm.
     pub spin_moment_n_mm: f64,
-    /// Normal force, N. The depth is held, so the slide of a bed changes it; that of a pad is that of the press.
+    /// Normal force, N. The depth is constant, so that the slide of a bed changes it. For a pad it is the normal force of the press.
     pub normal_force_n: f64,
 }
 
@@ -86,10 +86,10 @@ pub struct LimitSurface {
 }
 
 impl LimitSurface {
-    /// That of a bed of springs, at its pose.
+    /// The limit surface of a bed of springs, in its pose.
     ///
     /// # Errors
-    /// A depth that is not above 0 and within the model's range.
+    /// [`LimitSurfaceError`] for a depth that is not above 0 or not within the model's range, and for a slide that does not become steady.
     pub fn of_bed(file: &File<'_>, depth_mm: f64) -> Result<Self, LimitSurfaceError> {
         check_depth(depth_mm, f64::from(file.model.depth_max_mm()))?;
         let step = |state: &mut SpinState, motion: Motion| file.model.step(state, motion);
@@ -97,10 +97,10 @@ impl LimitSurface {
         Self::over_directions(|direction| slide(contact, step, depth_mm as f32, direction))
     }
 
-    /// That of a pad in a pose (pitch and roll, degrees).
+    /// The limit surface of a pad in a pose (pitch and roll, degrees).
     ///
     /// # Errors
-    /// A depth or a pose outside the pad's range.
+    /// [`LimitSurfaceError`] for a depth or a pose outside the pad's range.
     pub fn of_pad(pad: &Pad<'_>, depth_mm: f64, [pitch_deg, roll_deg]: [f64; 2]) -> Result<Self, LimitSurfaceError> {
         let n = pad.numbers;
         check_depth(depth_mm, f64::from(n.depth_max_mm))?;
@@ -133,7 +133,7 @@ impl LimitSurface {
         Ok(Self { points: points?, triangles })
     }
 
-    /// A table with [`COLUMNS`], a row a point.
+    /// A table with [`COLUMNS`] and one row per point.
     pub fn csv(&self) -> String {
         let mut text = format!("{COLUMNS}\n");
         for point in &self.points {
@@ -217,7 +217,7 @@ fn slide<S>(
     Err(LimitSurfaceError::NotSteady { direction, change })
 }
 
-/// Points on the unit sphere and triangles over them: an icosahedron whose edges are halved again and again.
+/// Points on the unit sphere and triangles over them: an icosahedron whose edges are halved `halvings` times.
 fn sphere(halvings: usize) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut points: Vec<[f64; 3]> = Vec::new();
@@ -279,7 +279,7 @@ mod tests {
         x * direction[0] + y * direction[1] + load.spin_moment_n_mm / ARM_MM * direction[2]
     }
 
-    /// A triangle's outward side looks away from the middle, and the triangles close.
+    /// Each triangle's normal points away from the centre, and the triangles form a closed surface.
     #[test]
     fn directions_close_a_sphere() {
         let (points, triangles) = sphere(HALVINGS);
@@ -300,8 +300,8 @@ mod tests {
         assert!((volume - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.05, "{volume}");
     }
 
-    /// Steady slip dissipates, the mirrored finger has the mirrored load, and no point takes more power from a direction than
-    /// the point of that direction, within the error of the model's own steps.
+    /// Steady slip dissipates, the mirrored finger has the mirrored load, and no other point has a larger power along a direction than the
+    /// point of that direction, within the error of the model's steps.
     #[test]
     fn bed_and_pad_dissipate_most_and_are_symmetric() {
         for (surface, slack) in [(bed(), 0.02), (pad([30.0, 0.0]), 1e-3)] {

@@ -1,6 +1,6 @@
 //! Reduction of runs to a model file: fit, error band, replay, the core's check, provenance.
 //!
-//! Main types: [`Reduced`], [`Meta`]. Uses everything else of this room.
+//! Main types: [`Reduced`], [`Meta`]. Uses all other modules of this crate.
 
 use std::collections::BTreeMap;
 
@@ -23,11 +23,11 @@ pub struct Meta {
     pub program_version: String,
     /// Hash of the finite-element settings behind the runs.
     pub settings_hash: String,
-    /// Ranges that the model was fitted in.
+    /// Ranges of the fit.
     pub ranges: Ranges,
     /// Paths of the fit and paths held out, by finite elements.
     pub paths: [usize; 2],
-    /// Paths of a pad that the fit saw as well.
+    /// Number of paths of a pad that the fit used in addition.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub paths_of_pad: usize,
     /// Errors along the held-out paths.
@@ -39,7 +39,7 @@ pub struct Meta {
     pub coverage: [Coverage; 4],
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
@@ -52,7 +52,7 @@ impl Meta {
     }
 }
 
-/// Errors along the held-out paths of one kind: the few numbers of [`Scores`] that a file has room for, rounded to three digits.
+/// Errors along the held-out paths of one kind: a few numbers of [`Scores`], rounded to three digits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KindScores {
     /// Paths.
@@ -83,11 +83,11 @@ pub struct Ranges {
 pub struct Reduced<const M: usize = SPRINGS> {
     /// Parameters, band included.
     pub params: ParamsOf<M, NODES>,
-    /// The numbers as a step reads them, accepted by `DataOf::check`.
+    /// The numbers in the form that a step reads, accepted by `DataOf::check`.
     pub data: DataOf<M, NODES>,
     /// Provenance.
     pub meta: Meta,
-    /// Errors along every run, held out or not.
+    /// Errors along all runs, those of the fit and held-out ones.
     pub scores: Vec<RunScore>,
     /// Half the sum of squares of normal force and friction at the start and at the end of the fit.
     pub cost: [f64; 2],
@@ -97,7 +97,7 @@ pub struct Reduced<const M: usize = SPRINGS> {
 
 /// Fits, replays and checks a model of `M` springs.
 ///
-/// * `beside`: runs of a pad of the same finger that the fit sees as well, see [`crate::pad::runs_for_bed`]
+/// * `beside`: runs of a pad of the same finger that the fit uses in addition, see [`crate::pad::runs_for_bed`]
 /// * `pressure_exponent`: beta of the runs' friction law
 ///
 /// # Errors
@@ -119,7 +119,7 @@ pub fn reduce<const M: usize>(
     }
     if let Some(other) = runs.iter().find(|r| !r.is_representable()) {
         return Err(ReduceError::Runs(format!(
-            "{} drives the spin of the plane by a moment, which the reduced model does not know; leave it out of the fit",
+            "{} drives the spin of the plane by a moment, which the reduced model does not support; leave it out of the fit",
             other.name
         )));
     }
@@ -132,7 +132,7 @@ pub fn reduce<const M: usize>(
     let model = plain.model()?;
     let scores = score(&model, runs);
     let held_out: Vec<&Run> = runs.iter().filter(|r| r.held_out).collect();
-    // The band's own test: each half against a band that never saw it.
+    // Test of the band: each half of the held-out runs is compared with a band from the other half.
     let halves: [Vec<&Run>; 2] =
         [0, 1].map(|half| held_out.iter().enumerate().filter(|(i, _)| i % 2 == half).map(|(_, r)| *r).collect());
     let crossed = |from: usize, on: usize| -> Result<[Coverage; 4], ReduceError> {
@@ -160,7 +160,7 @@ pub fn reduce<const M: usize>(
     Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
 }
 
-/// The pose that all runs are in, degrees; that of the shipped finger where the runs do not tell one.
+/// The common pose of all runs, degrees; that of the shipped finger if the runs do not contain their pose.
 fn pose_of(runs: &[Run]) -> Result<[f32; 2], ReduceError> {
     let mut found: Option<(&Run, [f32; 2])> = None;
     for run in runs.iter().filter(|run| run.samples.iter().any(|sample| sample.turned.is_some())) {
@@ -250,11 +250,11 @@ mod tests {
         (data, runs)
     }
 
-    /// What was planted comes back, the file reads back, and runs of other settings are refused.
+    /// The fit recovers a known model, the file reads back, and runs of other settings are refused.
     #[test]
     fn a_planted_model_is_found() {
         let (planted, mut runs) = twin();
-        // Of a finger that stands steeper than the shipped one; the first run does not tell.
+        // A finger with a steeper pitch than the shipped one; the first run does not contain its pose.
         for run in &mut runs[1..] {
             run.samples
                 .iter_mut()

@@ -1,7 +1,7 @@
-//! Parameterisation of the reduced model: the vector of numbers that the fit varies, and the model's parameters from it.
+//! Parameterisation of the reduced model: the vector of numbers that the fit varies, and the model's parameters as functions of it.
 //!
 //! Main type: [`Parameterisation`]. Rising tables are sums of exponentials, shares are normalised exponentials and bounded
-//! numbers are hyperbolic tangents; what passivity allows at most is cut off at its bound. Uses tables and `fingerpad`.
+//! numbers are hyperbolic tangents; quantities with a bound of passivity are clamped to it. Uses tables and `fingerpad`.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ pub struct Parameterisation {
     pub rising: Knots,
     /// Knots of the others.
     pub gentle: Knots,
-    /// Springs whose pairs lie along y, as bits; the others lie along x.
+    /// Bit mask of the springs whose pairs lie along y; the others lie along x.
     pub along_y: usize,
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: f64,
@@ -39,24 +39,24 @@ pub struct InitialGuess {
     pub ratio: f64,
 }
 
-/// Share of what passivity allows that the fit may use; the rest is for rounding.
+/// Largest value in the fit over the bound of passivity; the rest is a margin for rounding.
 const ALLOWED: f64 = 0.97;
 /// Largest |q| times the displacement of a spring on its tilted limit, and that displacement over the yield slide.
 const ODD_MAX: f64 = 0.4;
 const REACH: f64 = 1.29;
 /// Largest tilt of a limit.
 const TILT_MAX: f64 = 0.249;
-/// Change of the stiffness over a mm that a slope's number of 1 stands for, share of the stiffness at depth 0.
+/// Change of the stiffness per mm of depth for a slope parameter of 1, share of the stiffness at depth 0.
 const SLOPE: f64 = 0.2;
-/// Yield slide that nothing is known of, mm.
+/// Yield slide in place of an unknown one, mm.
 const YIELD_MAX_MM: f64 = 9.9;
 /// Stiffness of the spring that touches first and of each of the others at the start of a fit, in proportion.
 const FIRST_SHARES: [f64; 2] = [1.5, 0.6];
-/// Length in which arms of pairs are counted, mm, and the farthest middle of a pair from the point under first touch.
+/// Unit of the arms of pairs, mm, and largest distance of the centre of a pair from the point under first touch, mm.
 const ARM_MM: f64 = 3.0;
 const CENTRE_MAX_MM: f64 = 6.0;
 
-/// Reads the vector piece by piece.
+/// Reads a parameter vector from start to end.
 struct Cursor<'a>(&'a [f64]);
 
 impl<'a> Cursor<'a> {
@@ -87,7 +87,7 @@ fn shares(theta: &[f64]) -> Vec<f64> {
     parts.iter().map(|p| p / sum).collect()
 }
 
-/// A spring's yield slide over depth: `factor (d − touch)^exponent`, times the exponential of a gentle table.
+/// A spring's yield slide over depth: `factor (d − touch)^exponent`, times the exponential of a table.
 struct YieldLaw<'a> {
     touch_mm: f64,
     factor_mm: f64,
@@ -107,7 +107,7 @@ impl Parameterisation {
         }
     }
 
-    /// Where the numbers stand that normal force and friction depend on.
+    /// Range of the parameters on which normal force and friction depend.
     pub fn of_forces(&self, springs: usize) -> Range<usize> {
         let gentle = self.gentle.0.len();
         // Normal force; touch, factor, exponent and bend of the yield slides; shares; stiffness; four tables; odd stiffness.
@@ -115,25 +115,27 @@ impl Parameterisation {
         0..self.rising.0.len() + of_springs + 2 + 2 * gentle + gentle + 2 * (gentle + 1) + 1
     }
 
-    /// Where the bends of each spring's yield slide stand.
+    /// Ranges of the bends of each spring's yield slide.
     pub fn of_bends(&self, springs: usize) -> Vec<Range<usize>> {
         let gentle = self.gentle.0.len();
         (0..springs).map(|j| self.rising.0.len() + j * (3 + gentle) + 3).map(|start| start..start + gentle).collect()
     }
 
-    /// Where those stand that only area and stick ratio depend on.
+    /// Range of the parameters on which only area and stick ratio depend.
     pub fn of_contact(&self, springs: usize) -> Range<usize> {
         let start = self.of_forces(springs).end;
         start..start + self.rising.0.len() + 1 + springs * (self.gentle.0.len() + 1) + 2
     }
 
-    /// Where those stand that only a spin, its moment and the centre of pressure depend on.
+    /// Range of the parameters on which only responses to spin, the spin moment and the centre of pressure depend.
     pub fn of_spin(&self, springs: usize) -> Range<usize> {
         let start = self.of_contact(springs).end;
         start..start + 2 * springs + self.gentle.0.len() + 2
     }
 
-    /// The vector of an initial guess; springs touch at these depths, mm (the first one at 0 whatever it says).
+    /// The vector of an initial guess.
+    ///
+    /// * `touch_mm`: depth at which each spring touches, mm; that of the first spring is always 0
     pub fn start(&self, touch_mm: &[f64], start: &InitialGuess) -> Vec<f64> {
         let springs = touch_mm.len();
         let gentle = self.gentle.0.len();
@@ -148,7 +150,7 @@ impl Parameterisation {
             self.rising.0.iter().map(step).collect::<Vec<f64>>()
         };
         let mut theta = table(start.normal);
-        // The stiffness hardly depends on depth: its value is that in the middle of the range.
+        // The stiffness depends little on depth; this is its value in the middle of the range.
         let stiffness = start.stiffness[0] * (0.5 * self.depth_max_mm).powf(start.stiffness[1]);
         // Springs of a body that touches with depth slip after a slide that grows as their own depth (Popov and Heß 2015), here
         // with one factor for all that makes the limit right in the middle of the range.
@@ -170,13 +172,13 @@ impl Parameterisation {
         theta.extend(vec![0.0; 1 + springs * gentle]);
         theta.extend(vec![-1.0; springs]);
         theta.extend([0.0; 2]);
-        // What touches later lies farther out.
+        // Springs that touch later are farther from the centre.
         theta.extend((0..springs).flat_map(|j| [0.0, (1.0 + 2.0 * j as f64 / springs as f64).ln()]));
         theta.extend(vec![0.0; gentle + 2]);
         theta
     }
 
-    /// The arm of a spring's pair, mm: along x or along y, so that the finger's two sides are alike.
+    /// The arm of a spring's pair, mm, along x or along y; other directions would break the symmetry of the finger.
     fn arm(&self, spring: usize, length_mm: f64) -> [f64; 2] {
         if self.along_y >> spring & 1 == 1 { [0.0, length_mm] } else { [length_mm, 0.0] }
     }
@@ -272,7 +274,7 @@ impl Parameterisation {
     }
 }
 
-/// The same parameters in the numbers of the target.
+/// The same parameters in single precision.
 pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> ParamsOf<M, N> {
     let node = |n: &Node<M, f64>| Node {
         normal_force_n: n.normal_force_n as f32,
@@ -314,7 +316,7 @@ pub fn rounded<const M: usize, const N: usize>(p: &ParamsOf<M, N, f64>) -> Param
 
 #[cfg(test)]
 impl InitialGuess {
-    /// Numbers of about the default finger, to begin tests from.
+    /// Values near those of the default finger, for tests.
     pub(crate) fn of_a_finger() -> Self {
         Self { normal: [0.33, 1.6], area: [65.0, 1.0], limit: [0.5, 1.3], stiffness: [0.3, 0.2], ratio: 0.65 }
     }
@@ -324,8 +326,8 @@ impl InitialGuess {
 mod tests {
     use super::*;
 
-    /// The start is a model, and so is what lies around it but for the inequalities of passivity, which the fit obeys by its
-    /// residuals.
+    /// The initial guess is a valid model. Vectors around it violate at most the inequalities of passivity, which the fit enforces by a
+    /// residual.
     #[test]
     fn vectors_are_models() {
         let layout = Parameterisation::new(12, 4, 2.5, 0.46);

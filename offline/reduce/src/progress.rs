@@ -1,4 +1,4 @@
-//! How far a fit has come: minimisations one after the other, and the iterations of the present one.
+//! Progress of a fit: the number of finished minimisations, and the iterations of the present one.
 //!
 //! Main type: [`FitProgress`].
 
@@ -12,12 +12,12 @@ pub struct FitProgress<'a> {
     report: &'a (dyn Fn(FitStage) + Sync),
 }
 
-/// Where a fit stands.
+/// Progress of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FitStage {
-    /// Minimisations that are finished.
+    /// Number of finished minimisations.
     pub done: usize,
-    /// Minimisations of the whole fit.
+    /// Number of minimisations of the whole fit.
     pub all: usize,
     /// Iterations of the present one.
     pub iteration: usize,

@@ -1,13 +1,14 @@
 //! Replay of a stored run's motion through the package that runs on the microcontroller.
 //!
-//! Main function: [`replay`]. In 32-bit numbers it is what a target computes, in 64-bit ones the fit's forward model.
+//! Main function: [`replay`]. In single precision it computes the same as a microcontroller; in double precision it is the forward model
+//! of the fit.
 //! Uses runs and `fingerpad`.
 
 use fingerpad::{ModelOf, Motion, Response, Scalar, StateOf};
 
 use super::{Run, Sample};
 
-/// Longest motion of one step of a replay, mm: short against every yield slide.
+/// Longest motion of one step of a replay, mm; much shorter than any yield slide.
 pub const STEP_MM: f32 = 0.02;
 /// Largest turn of one step, rad: a spring 3 mm off the middle then moves by [`STEP_MM`].
 pub const STEP_RAD: f32 = 0.007;
@@ -32,8 +33,8 @@ pub fn replay_steps(run: &Run) -> usize {
 
 /// The model's response at every sample of `run`; the first is the start.
 ///
-/// Between samples depth, slide and spin are straight over time and cut into steps of at most [`STEP_MM`] and [`STEP_RAD`]. What
-/// drove the plane does not matter: the motion that the finite elements went is replayed.
+/// Between samples depth, slide and spin are linear over time and divided into steps of at most [`STEP_MM`] and [`STEP_RAD`]. The motion
+/// of the finite elements is replayed, also where a force drove it.
 pub fn replay<const M: usize, const N: usize, T: Scalar>(model: &ModelOf<'_, M, N, T>, run: &Run) -> Vec<Response<T>> {
     replay_coarsely(model, run, 1.0)
 }

@@ -1,6 +1,6 @@
-//! What a fit makes small: differences between the model's replay and the finite elements.
+//! Residuals of the fit: differences between the model's replay and the finite elements.
 //!
-//! Main type: [`Replay`]. Every residual comes out of `fingerpad` itself, in 64-bit numbers; the Jacobian is by finite
+//! Main type: [`Replay`]. All responses are computed by `fingerpad` itself in double precision; the Jacobian is by finite
 //! differences. Uses parameterisation, replay.
 
 use std::ops::Range;
@@ -14,7 +14,7 @@ use super::parameterisation::Parameterisation;
 use super::replay::{pressure_centre, replay_coarsely, spin_moment};
 use super::{FitProgress, Run, Sample, Settings};
 
-/// What is compared between model and runs.
+/// Quantities that a stage of the fit compares between model and runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Compared {
     /// Normal force and friction.
@@ -26,7 +26,7 @@ pub enum Compared {
 }
 
 impl Compared {
-    /// The numbers of the vector that are varied for it.
+    /// The part of the parameter vector that the fit varies for this comparison.
     pub fn range(self, layout: &Parameterisation, springs: usize) -> Range<usize> {
         match self {
             Self::Forces => layout.of_forces(springs),
@@ -47,29 +47,29 @@ impl Compared {
 
 /// Replays of the runs, compared with the finite elements.
 pub struct Replay<'a, const M: usize, const N: usize> {
-    /// The runs and what a row of them counts.
+    /// The runs, each with the weight of its rows.
     pub runs: &'a [(&'a Run, f64)],
-    /// Power law of the limit that friction errors are weighed with, fixed so that the weights do not move.
+    /// Power law of the limit by which errors of friction are divided. It is constant, so that the weights do not change in a fit.
     pub limit: [f64; 2],
-    /// Meaning of the vector.
+    /// Layout of the parameter vector.
     pub layout: &'a Parameterisation,
     /// Weights.
     pub settings: &'a Settings,
-    /// What is compared.
+    /// Compared quantities.
     pub compared: Compared,
-    /// The whole vector at the start; a prior near it holds what the runs do not determine.
+    /// The whole vector at the start, which is the centre of the prior. The prior determines parameters that the runs do not.
     pub theta: Vec<f64>,
-    /// Where iterations are counted.
+    /// Counter of iterations.
     pub progress: &'a FitProgress<'a>,
 }
 
-/// Steps of a fit's replays over those of others.
+/// Length of the steps of a fit's replays over that of others.
 const COARSE: f32 = 3.0;
-/// Length that makes a moment a force, mm.
+/// Arm that converts a moment to a force, mm.
 const ARM_MM: f64 = 3.0;
 /// Step of the finite differences; the vector's numbers are of order 1.
 const DIFFERENCE: f64 = 1e-4;
-/// Residual of numbers that are no model, and the largest of any: the minimiser steps back instead of giving up.
+/// Largest residual, also that of parameters without a valid model: the minimiser then takes a shorter step.
 const NO_MODEL: f64 = 1e3;
 
 impl<const M: usize, const N: usize> Replay<'_, M, N> {
@@ -87,7 +87,7 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
                 out.extend(of_friction);
             }
             Compared::Contact => {
-                // The ends of the stick ratio are regimes of their own.
+                // Full stick and full slip are regimes and have a weight of their own.
                 let end = matches!(sample.regime, Regime::Stick | Regime::Slip);
                 out.push(of(r.stick_ratio, sample.stick_ratio, if end { s.stick_end } else { s.stick }));
                 out.push(of(r.contact_area_mm2, sample.contact_area_mm2, s.area_share * most[1]));
@@ -104,7 +104,7 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
         }
     }
 
-    /// Residuals of all runs, then those of the prior and one for what the core would refuse.
+    /// Residuals of all runs, then those of the prior, then the penalty of numbers that the core refuses.
     fn residuals_at(&self, varied: &[f64]) -> Vec<f64> {
         let mut theta = self.theta.clone();
         let range = self.compared.range(self.layout, M);
@@ -133,12 +133,12 @@ impl<const M: usize, const N: usize> Replay<'_, M, N> {
         };
         out.extend(range.zip(varied).map(|(k, t)| (t - self.theta[k]) / prior(k)));
         out.push(refusal(&data));
-        // Also makes infinities and what is no number large.
+        // Also replaces infinite values and NaN by the largest residual.
         out.iter().map(|r| if r.abs() < NO_MODEL { *r } else { NO_MODEL }).collect()
     }
 }
 
-/// 0 for what the core accepts; for what is not passive it grows with the excess.
+/// Penalty: 0 for numbers that the core accepts; for a model that is not passive it grows with the excess.
 fn refusal<const M: usize, const N: usize>(data: &DataOf<M, N, f64>) -> f64 {
     match data.check() {
         Ok(()) => 0.0,

@@ -1,7 +1,7 @@
 //! The model file of another finger: size, stiffness and friction changed by a change of units.
 //!
-//! Main functions: [`retuned_bed`], [`retuned_pad`]. The core changes the same numbers at run time ([`fingerpad::ModelOf::tuned`],
-//! [`fingerpad::pad::Pad::tuned`]); a file serves where a program takes a model file only.
+//! Main functions: [`retuned_bed`], [`retuned_pad`]. The core converts the same units at run time ([`fingerpad::ModelOf::tuned`],
+//! [`fingerpad::pad::Pad::tuned`]). A retuned file is for programs that only read a model file.
 
 use fingerpad::Tuning;
 use fingerpad::build::Data;
@@ -12,15 +12,15 @@ use serde_json::{Map, Value, json};
 use crate::ReduceError;
 use crate::pad::PadModel;
 
-/// Key of the provenance with the factors from the finger that was fitted.
+/// Key of the provenance for the factors relative to the fitted finger.
 const KEY: &str = "retuned";
 const FACTORS: [&str; 3] = ["size", "stiffness", "lambda"];
 
-/// Factors by which quantities of a model file grow.
+/// Factors of the quantities of a model file.
 struct Units {
     length: f64,
     pressure: f64,
-    /// Local friction at a pressure of the fitted finger, which grows to `pressure` times that, over `pressure`.
+    /// Factor of the strength at a corresponding point, where the pressure is `pressure` times that of the fitted finger, over `pressure`.
     friction: f64,
 }
 
@@ -43,10 +43,10 @@ impl Units {
 /// The model file of a bed of springs for another finger.
 ///
 /// # Errors
-/// [`ReduceError::Model`] for a factor out of range, [`ReduceError::Retune`] for a file with effects.
+/// [`ReduceError::Model`] for a factor outside its range, [`ReduceError::Retune`] for a file with effects.
 pub fn retuned_bed(file: &ModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
     let file = file.file();
-    // The core knows the ranges.
+    // The core checks the ranges of the factors.
     file.model.tuned(*tuning)?;
     if !file.effects.is_empty() {
         return Err(ReduceError::Retune(format!(
@@ -100,11 +100,11 @@ fn bed_in(mut data: Data, units: &Units) -> Data {
     data
 }
 
-/// The model file of a pad for another finger. Forces, moments, areas and the state of every patch are those of
-/// [`fingerpad::pad::Pad::tuned`]; bands grow with depth from the same depth in mm, so that they differ a little.
+/// The model file of a pad for another finger. Forces, moments, areas and the states of all patches agree with
+/// [`fingerpad::pad::Pad::tuned`]. Bands differ a little, because they grow above the same depth in mm in every model.
 ///
 /// # Errors
-/// [`ReduceError::Model`] for a factor out of range.
+/// [`ReduceError::Model`] for a factor outside its range.
 pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
     let file = file.file();
     file.pad.tuned(*tuning)?;
@@ -114,14 +114,14 @@ pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, Redu
     model.file(&with_factors(file.meta, factors))
 }
 
-/// Kinds of the coordinates whose products `Law::lift` multiplies: whether each is a length.
+/// Whether each of the three coordinates whose products `Law::lift` multiplies is a length.
 const LIFTED: [[bool; 3]; 2] = [[true, true, false], [true, false, false]];
 /// The products of three coordinates in the order of `Law::lift`.
 const PRODUCTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 fn pad_in(mut model: PadModel, units: &Units) -> PadModel {
     let [length, area, force] = [units.length, units.area(), units.force()];
-    // Coordinates of the bulk are roots of an energy.
+    // Coordinates of the bulk are square roots of an energy.
     let turn = 1.0 / units.energy().sqrt();
     let mode = length * turn;
     let grow = |x: &mut f64, factor: f64| *x *= factor;
@@ -139,7 +139,7 @@ fn pad_in(mut model: PadModel, units: &Units) -> PadModel {
     grow(&mut n.reach, mode);
     n.middle_mm.iter_mut().chain(&mut n.first_touch_mm).for_each(|x| grow(x, length));
     grow(&mut n.depth_max_mm, length);
-    // The slope of a body is taken at the same distance from its apex, where that of a smaller body for a smaller finger is larger.
+    // The slope of a body is always taken 2 mm from its apex, so that a body that is scaled down with the finger has a larger slope.
     n.band_body.iter_mut().for_each(|x| grow(x, length));
     n.band_deep.iter_mut().for_each(|x| grow(x, 1.0 / length));
     n.band_light_n.iter_mut().flatten().for_each(|x| grow(x, force));
@@ -162,7 +162,7 @@ fn pad_in(mut model: PadModel, units: &Units) -> PadModel {
     model
 }
 
-/// A file's provenance with the factors from the finger that was fitted, multiplied with those that it had.
+/// A file's provenance with the factors relative to the fitted finger: the given ones times those of the file.
 fn with_factors(meta: &str, factors: [f32; 3]) -> String {
     let mut meta: Map<String, Value> = serde_json::from_str(meta).unwrap_or_default();
     let before = |name: &str| meta.get(KEY).and_then(|all| all.get(name)).and_then(Value::as_f64).unwrap_or(1.0);
@@ -172,7 +172,7 @@ fn with_factors(meta: &str, factors: [f32; 3]) -> String {
     Value::Object(meta).to_string()
 }
 
-/// Whether a model file's provenance says that it was retuned.
+/// Whether a model file was retuned, according to its provenance.
 pub fn is_retuned(meta: &str) -> bool {
     serde_json::from_str::<Map<String, Value>>(meta).is_ok_and(|meta| meta.contains_key(KEY))
 }
@@ -286,11 +286,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_change_of_units_is_refused() {
+    fn effects_and_factors_out_of_range_are_refused() {
         let (bed, pad) = (ModelFile::new(BED).unwrap(), PadModelFile::new(PAD).unwrap());
         let wide = retuned_pad(&pad, &Tuning { size: 2.5, ..Tuning::default() }).unwrap_err();
         assert!(matches!(wide, ReduceError::Model(Error::Range { .. })), "{wide}");
-        // So much friction on so soft a finger would give energy back: the core's check of a file says so.
+        // So much friction on so soft a finger would not be passive; the core's check of the file refuses it.
         let soft = retuned_bed(&bed, &Tuning { stiffness: 0.3, lambda: 1.5, ..Tuning::default() }).unwrap_err();
         assert!(matches!(soft, ReduceError::Model(Error::NotPassive { .. })), "{soft}");
     }

@@ -1,7 +1,7 @@
-//! Storage of a path's finite-element response, with the hash of the settings that made it.
+//! Storage of a path's finite-element response, with the hash of its settings.
 //!
-//! Numbers are 32-bit floats, a relative rounding of 6e-8, far below what the finite-element solution resolves. The file is
-//! written and read by stored_run.
+//! Numbers are 32-bit floats; their relative rounding of 6e-8 is far below the error of the finite-element solution. The module stored_run
+//! writes and reads the file.
 
 use std::path::Path as FilePath;
 
@@ -33,7 +33,7 @@ pub struct Sample {
     pub stick_ratio: f32,
     /// Regime of the contact.
     pub regime: Regime,
-    /// Pose of the plane and moments; None in runs that were stored before these were kept.
+    /// Pose of the plane and moments; None in older stored runs.
     pub turned: Option<Turned>,
 }
 
@@ -72,7 +72,7 @@ impl From<&Response> for Sample {
 }
 
 impl Sample {
-    /// Whether all its numbers are finite.
+    /// Whether all numbers are finite.
     pub(super) fn is_finite(&self) -> bool {
         let turned = self.turned.unwrap_or_default();
         let [sx, sy] = self.slide_mm;
@@ -91,13 +91,13 @@ pub struct Run {
     pub name: String,
     /// Kind of the path's motion.
     pub kind: Kind,
-    /// Whether the fit must not see it.
+    /// Whether the run is excluded from the fit.
     pub held_out: bool,
     /// Hash of the settings, [`settings_hash`].
     pub settings_hash: String,
     /// The body that the finger touches.
     pub body: RigidBodySettings,
-    /// The path that was asked for.
+    /// The prescribed path.
     pub path: Path,
     /// The increments, the start included.
     pub samples: Vec<Sample>,
@@ -107,16 +107,16 @@ pub struct Run {
     pub cpu_s: f64,
 }
 
-/// Hash of all that a run's response depends on besides its path.
+/// Hash of all settings on which a run's response depends besides its path.
 ///
 /// # Errors
 /// As [`Config::hash`].
 pub fn settings_hash(config: &Config) -> Result<String, ConfigError> {
-    // The depths of the main job have no influence here.
+    // The depths of `build` have no influence on a run.
     Config { experiment: Default::default(), ..config.clone() }.hash()
 }
 
-/// What names the file of a path without turns.
+/// The parts of a path without turns that determine its file name.
 #[derive(Serialize)]
 struct PlainPath<'a> {
     drives: [Drive; 3],
@@ -124,7 +124,7 @@ struct PlainPath<'a> {
 }
 
 impl Run {
-    /// Pitch and roll of the finger along the run, degrees to three digits; None where they change or the run does not tell them.
+    /// Pitch and roll of the finger along the run, degrees to three digits; None where they change or the run does not contain them.
     pub fn pose_deg(&self) -> Option<[f32; 2]> {
         let mut poses = self
             .samples
@@ -135,7 +135,7 @@ impl Run {
         poses.all(|pose| pose == first).then_some(first)
     }
 
-    /// Whether the spring bed knows the motion of its path, [`is_representable`], and is fitted to such paths.
+    /// Whether the bed of springs represents the motion of its path, [`is_representable`], and is fitted to such paths.
     pub fn is_representable(&self) -> bool {
         self.kind.is_for_springs() && is_representable(&self.path)
     }
@@ -145,10 +145,9 @@ impl Run {
         self.path.turns.spin.is_some()
     }
 
-    /// Name of the file that holds a run of `experiment`: changes with path and settings, so that what is stale is
-    /// not found.
+    /// Name of the file of a run of `experiment`. It depends on path and settings, so that outdated files are not found.
     pub fn file_name(experiment: &Experiment, settings_hash: &str) -> String {
-        // A path without turns has the name that it had before there were any.
+        // The name of a path without turns is the same as before turns were introduced.
         let plain = PlainPath { drives: experiment.path.drives, waypoints: &experiment.path.waypoints };
         let key = if !experiment.body.is_plane() {
             serde_json::to_string(&(settings_hash, &experiment.body, &experiment.path))
@@ -162,8 +161,8 @@ impl Run {
         format!("{}.{digest}.fprun", experiment.name)
     }
 
-    /// Largest difference to `responses` of the same path at equal times, of normal force and of friction, each over the
-    /// largest of this run. Both are taken as straight between their rows.
+    /// Largest differences to `responses` of the same path at equal times, of normal force and of friction, each over the largest value of
+    /// this run. Both are interpolated linearly.
     pub fn difference(&self, responses: &[Response]) -> [f64; 2] {
         let forces = |r: &Response| [r.normal_force_n, r.friction_x_n, r.friction_y_n];
         let (mut apart, mut most) = ([0.0f64; 2], [0.0f64; 2]);
@@ -186,10 +185,12 @@ impl Run {
         stored_run::to_bytes(self)
     }
 
-    /// A run from its file's bytes; `path` is for the message.
+    /// A run from the bytes of its file.
+    ///
+    /// * `path`: path of the file, for the message of an error
     ///
     /// # Errors
-    /// [`ReduceError::Run`] if it is not such a file, damaged, or holds numbers that are not finite.
+    /// [`ReduceError::Run`] if the file is not a stored run, is damaged, or contains numbers that are not finite.
     pub fn from_bytes(bytes: &[u8], path: &FilePath) -> Result<Self, ReduceError> {
         let refuse = |problem: String| ReduceError::Run { path: path.to_path_buf(), problem };
         let run = stored_run::from_bytes(bytes).map_err(refuse)?;

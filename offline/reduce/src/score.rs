@@ -15,7 +15,7 @@ pub struct RunScore {
     pub name: String,
     /// Kind of the path's motion.
     pub kind: Kind,
-    /// Whether the fit did not see it.
+    /// Whether the path is held out of the fit.
     pub held_out: bool,
     /// Rows in contact.
     pub rows: usize,
@@ -25,8 +25,8 @@ pub struct RunScore {
     pub friction_of_limit: f64,
     /// RMS of the spin moment's error over its limit at the row's depth; of paths that spin.
     pub moment_of_limit: Option<f64>,
-    /// RMS and largest of the length of the error in the change of friction since a vibration of the depth began, over the
-    /// friction limit at the depth where it did; of vibrations, while the slide is held.
+    /// RMS and largest error of the change of friction since a vibration of the depth started, over the friction limit at the depth of that
+    /// start. Only for vibrations at a constant slide.
     pub vibration_of_limit: Option<[f64; 2]>,
     /// RMS of the stick ratio's error before the first turn or change of depth.
     pub stick_straight: Option<f64>,
@@ -65,19 +65,19 @@ pub struct Scores {
     pub worst_friction: (f64, String),
 }
 
-/// Half-width of the band of break-away, in stick ratio: rows whose finite-element stick ratio is that near to a
-/// threshold between regimes do not count for the regime.
+/// Half-width of the band of break-away, in stick ratio. The score of the regime leaves out rows whose finite-element stick ratio is closer
+/// than this to a threshold between regimes.
 const BAND: f32 = 0.02;
 
 /// Whether the regime of a row with this stick ratio is certain.
 pub(super) fn outside_band(stick_ratio: f32) -> bool {
-    // The extremes themselves are the regimes; only what lies between them and the band's end is uncertain.
+    // Stick ratios of exactly 0 and 1 are certain, although they are within the bands of both thresholds.
     let near_slip = stick_ratio > 0.0 && stick_ratio < 0.01 + BAND;
     let near_stick = stick_ratio < 1.0 && stick_ratio > 0.99 - BAND;
     !(near_slip || near_stick)
 }
 
-/// Row at which `run` first turns or changes depth after it has begun to slide; its length if never.
+/// Row at which `run` first turns or changes depth after the start of the slide; the number of rows if it never does.
 pub fn first_turn(run: &Run) -> usize {
     let mut heading: Option<[f32; 2]> = None;
     for (i, pair) in run.samples.windows(2).enumerate() {
@@ -170,7 +170,7 @@ pub fn score_run(run: &Run, responses: &[Response], limits: impl Fn(f32) -> [f64
     }
 }
 
-/// RMS and largest error of friction's change while the depth of `run` vibrates: between the first slide and the next.
+/// RMS and largest error of the change of friction while the depth of `run` vibrates, which is between the first slide and the next.
 fn vibration_errors(run: &Run, responses: &[Response], limit: impl Fn(f32) -> f64) -> Option<[f64; 2]> {
     let slides = |from: usize| {
         (from..run.samples.len()).find(|&i| i > 0 && run.samples[i].slide_mm != run.samples[i - 1].slide_mm)
@@ -199,7 +199,7 @@ pub fn strength<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth
     limits(model, depth_mm)[0]
 }
 
-/// That, and the moment in full spin, N mm.
+/// [`strength`], N, and the moment in full slip under spin, N mm.
 fn limits<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> [f64; 2] {
     let data = model.data();
     let x = (depth_mm.max(0.05) / data.depth_max * (N - 1) as f32).min((N - 1) as f32);
@@ -208,7 +208,7 @@ fn limits<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f
 }
 
 impl Scores {
-    /// Over those of `scores` for which `which` holds.
+    /// Errors over the paths of `scores` for which `which` is true.
     pub fn of<'a>(scores: impl IntoIterator<Item = &'a RunScore>, which: impl Fn(&RunScore) -> bool) -> Self {
         let chosen: Vec<&RunScore> = scores.into_iter().filter(|s| which(s)).collect();
         let mean = |of: &dyn Fn(&RunScore) -> Option<f64>| {

@@ -1,4 +1,4 @@
-//! What a contact holds of friction and moment together, by the finite elements in full slip.
+//! Limit of friction and moment together, from the finite elements in full slip.
 //!
 //! Main type: [`SpinLimit`]. Uses replay.
 
@@ -9,25 +9,25 @@ use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 use super::Run;
 use super::replay::{replay, spin_moment};
 
-/// Depth from which rows tell of the limit, share of the largest: nearly lifted off both limits are small and their quotients
-/// rough.
+/// Least depth of the rows of the fit, share of the largest depth. At smaller depths both limits are small and their quotients inaccurate.
 const SHALLOW: f64 = 0.1;
 /// Bounds of the share of all springs' moment, at any depth.
 const SHARE: [f64; 2] = [0.5, 1.0];
 /// Largest rise, share of the largest depth.
 const RISE_MAX: f64 = 0.5;
-/// Where the search for share, rise and cross term begins; also the middle of the prior.
+/// Start of the search for share, rise and cross term, and centre of the prior.
 const START: [f64; 3] = [0.95, 0.05, 0.0];
-/// Standard deviations of a prior on the three numbers, which holds what the rows do not tell.
+/// Standard deviations of the prior on the three numbers, which matters where the rows do not determine them.
 const PRIOR: [f64; 3] = [3.0, 0.3, 3.0];
 /// Step of the finite differences.
 const DIFFERENCE: f64 = 1e-5;
 
 /// The limit f² + (m/s)² + c |f| |m/s| = 1 of friction f over its limit and moment m over that of all springs on theirs. The share s
-/// rises over depth d as 1 − exp(−d/r) to its value deep down: the rim bears less of what touches lightly than the springs.
+/// rises over depth d as 1 − exp(−d/r) to its value at large depths: in a light contact the rim carries a smaller part of the load than in
+/// the bed of springs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinLimit {
-    /// s deep down.
+    /// s at large depths.
     pub share: f64,
     /// r over the largest depth of the tables; 0 for the same share at every depth.
     pub rise: f64,
@@ -36,8 +36,8 @@ pub struct SpinLimit {
 }
 
 impl SpinLimit {
-    /// By least squares over the rows of `runs` in which the finite elements slip as a whole; all of the springs' moment and an
-    /// ellipsoid without such rows.
+    /// Least-squares fit to the rows of `runs` in full slip of the finite elements. Without such rows, the full moment of the springs and an
+    /// ellipsoid.
     pub fn of<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, runs: &[&Run]) -> Self {
         let rows: Vec<FullSlip> = runs.iter().flat_map(|run| in_full_slip(data, run)).collect();
         if rows.is_empty() {
@@ -48,7 +48,7 @@ impl SpinLimit {
         Self::within(&found)
     }
 
-    /// From share, rise and cross term, each held within its bounds.
+    /// From share, rise and cross term, each clamped to its bounds.
     fn within(numbers: &[f64]) -> Self {
         let [share, rise, cross] = [numbers[0], numbers[1], numbers[2]];
         Self { share: share.clamp(SHARE[0], SHARE[1]), rise: rise.clamp(0.0, RISE_MAX), cross: cross.clamp(0.0, 1.0) }
@@ -69,7 +69,7 @@ impl SpinLimit {
     }
 }
 
-/// The fit: residuals are by how much a row misses the limit.
+/// The fit: a residual is the distance of a row from the limit.
 struct Limits<'a> {
     rows: &'a [FullSlip],
 }
@@ -97,20 +97,20 @@ impl Problem for Limits<'_> {
     }
 }
 
-/// Friction and moment of a contact that slips as a whole.
+/// Friction and moment of a contact in full slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FullSlip {
     /// Depth over the largest of the tables.
     pub depth_share: f64,
     /// Friction over the model's limit.
     pub friction: f64,
-    /// Moment over what the model holds in spin alone.
+    /// Moment over the model's limit under spin alone.
     pub moment: f64,
     /// Moment over that of all springs on their limit.
     pub of_springs: f64,
 }
 
-/// The rows of a run in which the finite elements slip as a whole.
+/// The rows of a run in full slip of the finite elements.
 pub fn in_full_slip<const M: usize, const N: usize>(data: &DataOf<M, N, f64>, run: &Run) -> Vec<FullSlip> {
     let model = data.model_unchecked();
     let mut out = Vec::new();
@@ -149,7 +149,7 @@ mod tests {
 
     type Data = DataOf<SPRINGS, NODES, f64>;
 
-    /// Rows on a planted limit give it back, with 2 % of noise as well; without any the springs' own moment stands.
+    /// The fit recovers a planted limit, also with 2 % of noise; without rows it returns the full moment of the springs.
     #[test]
     fn a_planted_limit_is_found() {
         let data = Params::example().try_build().unwrap().cast::<f64>();
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(SpinLimit::of(&data, &[]), SpinLimit { share: 1.0, rise: 0.0, cross: 0.0 });
     }
 
-    /// A run whose rows slip as a whole, on a limit.
+    /// A run whose rows are in full slip, on a given limit.
     fn run_on(data: &Data, planted: SpinLimit, noise: f64) -> Run {
         let sample = |k: usize| {
             let depth_mm = 0.3 + 0.15 * (k / 9) as f32;

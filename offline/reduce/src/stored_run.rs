@@ -1,7 +1,7 @@
 //! The bytes of a stored run.
 //!
-//! Eight bytes `FPRUN003`, then a DEFLATE stream of a postcard record. The rows stand by column, so that columns that do not
-//! change take no room. Files that begin with `FPRUN002` do not tell the body, which is a plane.
+//! Eight bytes `FPRUN003`, then a DEFLATE stream of a postcard record. The rows are stored by column, so that constant columns take no
+//! space. Files that begin with `FPRUN002` do not contain the body, which is a plane.
 
 use std::io::{Read, Write};
 
@@ -16,9 +16,9 @@ use fingerpad_fe::load_path::Path;
 
 const MAGIC: &[u8; 8] = b"FPRUN003";
 const MAGIC_WITHOUT_BODY: &[u8; 8] = b"FPRUN002";
-/// A run is at most some thousand rows; more is damage, not data.
+/// Largest size of a decompressed record, bytes. A run has at most some thousand rows; a larger record is damaged.
 const LARGEST_BYTES: u64 = 64 << 20;
-/// Numbers of a row: those of depth, slide and contact, and those of pose and moments.
+/// Count of numbers in a row: of depth, slide and contact, and of pose and moments.
 const OF_CONTACT: usize = 9;
 const OF_POSE: usize = 6;
 
@@ -36,7 +36,7 @@ struct Stored {
     cpu_s: f64,
 }
 
-/// The record, then the body as JSON: its optional keys are left out where they are not given.
+/// The record, then the body as JSON without the optional keys that are not set.
 #[derive(Serialize, Deserialize)]
 struct StoredWithBody(Stored, String);
 
@@ -63,7 +63,7 @@ pub(super) fn to_bytes(run: &Run) -> Vec<u8> {
 /// The run of a file.
 ///
 /// # Errors
-/// What is wrong with the bytes.
+/// The problem with the bytes.
 pub(super) fn from_bytes(bytes: &[u8]) -> Result<Run, String> {
     match bytes.get(..MAGIC.len()) {
         Some(magic) if magic == MAGIC => {
@@ -101,7 +101,7 @@ fn run(stored: Stored, body: RigidBodySettings) -> Result<Run, String> {
     })
 }
 
-/// The numbers of a row that every row has.
+/// The numbers of depth, slide and contact of a row, which all rows have.
 fn of_contact(s: &Sample) -> [f32; OF_CONTACT] {
     let ([sx, sy], [fx, fy]) = (s.slide_mm, s.friction_n);
     [s.t_s, s.depth_mm, sx, sy, s.normal_force_n, fx, fy, s.contact_area_mm2, s.stick_ratio]
@@ -131,7 +131,7 @@ fn sample(number: &dyn Fn(usize) -> f32, has_pose: bool, regime: Regime) -> Samp
     }
 }
 
-/// The columns of all rows; those of the pose only if all rows have it.
+/// The columns of all rows; those of pose and moments only if all rows have them.
 fn columns(samples: &[Sample]) -> Vec<Vec<f32>> {
     let turned: Option<Vec<Turned>> = samples.iter().map(|s| s.turned).collect();
     let contact = (0..OF_CONTACT).map(|k| samples.iter().map(|s| of_contact(s)[k]).collect());

@@ -26,7 +26,7 @@ pub enum PathError {
     Row {
         /// Row, from 1.
         row: usize,
-        /// What is wrong with it.
+        /// The problem with it.
         problem: String,
     },
     /// One slide is driven by displacement and the other by force.
@@ -64,12 +64,12 @@ pub enum PathError {
     },
 }
 
-/// One row: the quantities of a finite-element response, and those that only the reduced model gives.
+/// One row: the quantities of a finite-element response, and those that only the reduced model returns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryRow {
     /// Position, pose, forces and moments. Moments about x and y are those of the normal force at the centre of pressure.
     pub response: load_path::Response,
-    /// Largest friction in the direction of the present one, N.
+    /// Friction limit in the direction of the present friction, N.
     pub friction_limit_n: f64,
     /// 1 − |friction| / limit.
     pub slip_margin: f64,
@@ -143,7 +143,7 @@ pub fn check_path<const M: usize, const N: usize>(
     Ok(())
 }
 
-/// Refuses slides that are driven in two ways, and moments.
+/// Refuses paths with one slide driven by displacement and the other by force, and paths driven by moments.
 pub(crate) fn check_drives(path: &Path) -> Result<(), PathError> {
     if path.drives[1] != path.drives[2] {
         return Err(PathError::MixedSlides);
@@ -164,8 +164,8 @@ fn turns(path: &Path) -> [Option<&Turn>; 3] {
 
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
-/// Spin changes evenly between waypoints, as depth and slides do. Slides driven by force start from 0; a force out of reach leaves the
-/// nearest state and its flag.
+/// Spin changes linearly between waypoints, as depth and slides do. Slides driven by force start from 0. If a force cannot be reached, the
+/// row has the nearest state and a flag.
 ///
 /// # Errors
 /// Those of [`check_path`].
@@ -174,7 +174,7 @@ pub fn simulate_path<const M: usize, const N: usize>(
     path: &Path,
 ) -> Result<Vec<TrajectoryRow>, PathError> {
     check_path(model, false, path)?;
-    // Pairs of springs give the moment of a contact that turns in any way.
+    // A path with any rotation needs pairs of springs for the moment.
     Ok(if path.turns.is_none() { driven::<M, N, 1>(model, path) } else { driven::<M, N, 2>(model, path) })
 }
 
@@ -196,7 +196,7 @@ fn driven_step<const M: usize, const N: usize, const P: usize>(
     at: &mut Position,
 ) -> Response {
     let by_depth = drives[0] == Drive::Displacement;
-    // Both slides are driven alike.
+    // Both slides are driven by displacement or both by force.
     let by_slide = drives[1] == Drive::Displacement;
     let slide = [1, 2].map(|k| (target[k] - at[k]) as f32);
     let drive = CoreDrive {
@@ -216,12 +216,11 @@ fn driven_step<const M: usize, const N: usize, const P: usize>(
     driven.response
 }
 
-/// Simulates `path` with the effects of a model file, in surroundings that are constant but for the clock of the
-/// series, which starts at theirs, and for columns of the user's own. Forces are the sensor's readings where the file has a
-/// tare or cross-talk.
+/// Simulates `path` with the effects of a model file. The surroundings are constant except for the clock, which starts at their value, and
+/// for user-defined columns. If the file has a tare or cross-talk, forces are the sensor's readings.
 ///
-/// * `own`: for each of these columns its value at every waypoint, between which it changes evenly over the steps; where there
-///   is none, that of the surroundings holds throughout
+/// * `own`: values of each user-defined column at every waypoint, linear over the steps between waypoints; without values, that of the
+///   surroundings
 ///
 /// # Errors
 /// Those of [`check_path`].
@@ -273,13 +272,13 @@ fn with_effects<const M: usize, const N: usize, const P: usize>(
     )
 }
 
-/// Steps that a path takes beyond one from each row to the next, as a float since a path may be absurdly long.
+/// Number of steps of a path beyond one from each row to the next. A float, because input may be so long that an integer overflows.
 pub fn steps_between_rows(path: &Path) -> f64 {
     let corner = |k| corner(path, k, 0.0);
     (1..path.waypoints.len()).map(|k| steps_between(path, corner(k - 1), corner(k)) - 1.0).sum()
 }
 
-/// Where a waypoint lies. Angles that the path does not have are those of the neutral pose.
+/// Position of a waypoint. Angles that the path does not have are those of the neutral pose.
 fn corner(path: &Path, index: usize, neutral_pitch_deg: f64) -> Position {
     let w = &path.waypoints[index];
     let [spin, pitch, roll] = turns(path).map(|turn| turn.and_then(|turn| turn.values.get(index)).copied());
@@ -295,21 +294,21 @@ fn steps_between(path: &Path, from: Position, to: Position) -> f64 {
     (0..from.len()).map(|k| (to[k] - from[k]).abs() / longest(k)).fold(0.0, f64::max).ceil().max(1.0)
 }
 
-/// Where one step leads.
+/// Target of one step.
 pub(crate) struct Place {
     pub target: Position,
     /// Duration, s.
     pub dt: f64,
     /// The last waypoint before it.
     before: usize,
-    /// Share of the way from there to the next one.
+    /// Share of the segment from there to the next one.
     share: f64,
 }
 
-/// One step: from where it leads and the position, which it moves, to the response there.
+/// One step: from its target and the present position, which it updates, to the response.
 pub(crate) type Step<'a> = dyn FnMut(Place, &mut Position) -> Response + 'a;
 
-/// Steps along a path: `go` makes one step to a target and sets the position to the one reached.
+/// Steps along a path. `go` makes one step to a target and updates the position to the one that it reached.
 pub(crate) fn along(path: &Path, neutral_pitch_deg: f64, go: &mut Step) -> Vec<TrajectoryRow> {
     let by_force = |k: usize| path.drives.get(k) == Some(&Drive::Force);
     let start = corner(path, 0, neutral_pitch_deg);

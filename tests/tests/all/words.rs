@@ -35,8 +35,6 @@ const REPLACED: [(&str, &str); 23] = [
 /// A line of a comment that begins so is a heading of its own: `# Errors`.
 const ERRORS: (&str, &str) = ("Errors:", "the heading `# Errors`");
 
-/// Folders and files that still wait for their plain words; take them off when they are clean.
-const NOT_YET_CLEAN: [&str; 2] = ["core/src/pad", "offline/reduce"];
 /// The list above is full of them.
 const THIS_FILE: &str = "tests/tests/all/words.rs";
 
@@ -195,7 +193,7 @@ fn documents_and_sources_are_in_plain_words() {
     let mut lines = Vec::new();
     for file in files {
         let name = file.strip_prefix(root).unwrap();
-        if NOT_YET_CLEAN.iter().any(|folder| name.starts_with(folder)) || name == Path::new(THIS_FILE) {
+        if name == Path::new(THIS_FILE) {
             continue;
         }
         lines.extend(found(&name.to_string_lossy(), &fs::read_to_string(&file).unwrap()));

@@ -11,7 +11,7 @@ use super::path_builder::PathBuilder;
 
 /// Least and largest depth, mm.
 const DEPTHS_MM: [f64; 2] = [0.6, 1.8];
-/// Share of the slide on a plane: the contact with a round body is smaller and slips earlier.
+/// Slide over that on a plane: the contact with a round body is smaller and slips earlier.
 const SLIDE: f64 = 0.7;
 
 /// The body of a path: spheres of three radii, a cylinder along and across the finger, an edge, in turn.

@@ -1,4 +1,4 @@
-//! Paths of the design on which several coordinates change at once, as hands move.
+//! Paths of the design on which several coordinates change at once, as in movements of the hand.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,11 +11,11 @@ use super::path_builder::{Corner, PathBuilder};
 
 /// Least and largest depth, mm.
 const DEPTHS_MM: [f64; 2] = [0.4, 3.5];
-/// Pitch and roll around which such paths move, degrees.
+/// Range of the mean pitch and roll of such paths, degrees.
 const POSES_DEG: [[f64; 2]; 2] = [[24.0, 52.0], [-16.0, 16.0]];
-/// Largest turn away from there, degrees.
+/// Largest deviation from the mean pitch and roll, degrees.
 const LARGEST_TURN_DEG: f64 = 13.0;
-/// Corners of a circle of the pose, and of a stroke.
+/// Number of corners of a circle of the pose, and of a stroke.
 const CORNERS: usize = 12;
 
 /// The path of that number: eight motions in turn.
@@ -23,7 +23,7 @@ pub(super) fn combined(settings: &DesignSettings, number: usize, point: &mut Hal
     let [least, most] = DEPTHS_MM;
     let pose = POSES_DEG.map(|[least, most]| point.between(least, most));
     let depth = point.between(least.sqrt(), most.sqrt()).powi(2);
-    // Clear in every pose that the path may reach.
+    // The plane stays clear of the bone in every pose that the path may reach.
     let depth = [-1.0, 1.0].iter().fold(depth, |depth, side| {
         clear_depth_mm(depth, [pose[0] + side * LARGEST_TURN_DEG, pose[1].abs() + LARGEST_TURN_DEG])
     });
@@ -49,7 +49,7 @@ pub(super) fn combined(settings: &DesignSettings, number: usize, point: &mut Hal
     path.finish()
 }
 
-/// What the motions of a path share.
+/// Quantities that the motions of a path share.
 struct Motion {
     /// Pitch and roll, degrees.
     pose: [f64; 2],
@@ -85,7 +85,7 @@ impl Motion {
         path.lift();
     }
 
-    /// Slides, lets go, takes hold elsewhere in another pose, slides on.
+    /// Slides, releases, grips elsewhere in another pose, and slides again.
     fn regrasp(&self, path: &mut PathBuilder, point: &mut HaltonPoint) {
         path.slide(self.angle, 0.6 * self.slide);
         path.oblique(0.15 * self.depth, self.angle + 1.0, 0.2 * self.slide);
@@ -115,7 +115,7 @@ impl Motion {
         path.slide(self.angle, 0.3 * self.slide);
     }
 
-    /// Taps while it slides: leaves the finger and comes back three times.
+    /// Taps while it slides: the plane leaves the finger and returns three times.
     fn taps(&self, path: &mut PathBuilder, point: &mut HaltonPoint) {
         let turn = point.between(-0.5, 0.5);
         for tap in 0..3 {
@@ -146,7 +146,7 @@ impl Motion {
         path.lift();
     }
 
-    /// Spin and pose vibrate while a slide is held, then the slide goes on.
+    /// Spin and pose vibrate at a constant slide, then the slide continues.
     fn vibration(&self, path: &mut PathBuilder, point: &mut HaltonPoint) {
         path.slide(self.angle, self.slide * point.between(0.2, 0.9));
         let [spin, pitch, roll] = [(0.3, 3.0), (0.0, 1.5), (0.0, 1.5)].map(|(a, b)| point.between(a, b));
@@ -181,13 +181,13 @@ impl Motion {
         path.lift();
     }
 
-    /// A drawn pose near that of the path.
+    /// A pose near the mean pose of the path, from the sequence.
     fn turned(&self, point: &mut HaltonPoint) -> [f64; 2] {
         self.pose.map(|angle| angle + LARGEST_TURN_DEG * point.between(-1.0, 1.0))
     }
 }
 
-/// Share of a motion of least jerk that is done after the share `tau` of its time.
+/// Finished share of a minimum-jerk motion after the share `tau` of its time.
 fn least_jerk(tau: f64) -> f64 {
     tau.powi(3) * (10.0 - 15.0 * tau + 6.0 * tau * tau)
 }

@@ -1,4 +1,4 @@
-//! Paths of the design at the forces of a hand: depths beyond those of the other kinds.
+//! Paths of the design at large forces, as in a grip: depths beyond those of the other kinds.
 
 use std::f64::consts::PI;
 
@@ -10,12 +10,12 @@ use super::path_builder::PathBuilder;
 
 /// Longest slide, mm. Deep contacts do not slip as a whole within it.
 const LONGEST_SLIDE_MM: f64 = 6.0;
-/// Poses of deep paths, degrees: flatter or steeper ones meet the held section of the finger at a smaller depth.
+/// Poses of deep paths, degrees. In flatter or steeper poses the plane meets the fixed section of the finger at a smaller depth.
 const POSES_DEG: [[f64; 2]; 2] = [[22.0, 58.0], [-20.0, 20.0]];
-/// Depth at which the plane meets the held section or the bone of the finger that ships, mm, by pitch in steps of 10 degrees from
-/// 10 to 70, without roll.
+/// Depth at which the plane meets the fixed section or the bone of the shipped finger, mm, for pitches of 10 to 70 degrees in steps of 10,
+/// without roll.
 const REACH_MM: [f64; 7] = [1.6, 3.7, 6.5, 7.4, 6.3, 5.2, 4.1];
-/// Share of that depth that is used, and what a roll of 30 degrees takes of it.
+/// Largest depth of a path over that depth, and the reduction of this share by a roll of 30 degrees.
 const USED: f64 = 0.85;
 const LOST_BY_ROLL: f64 = 0.4;
 
@@ -88,12 +88,12 @@ pub(super) fn deep(settings: &DesignSettings, number: usize, point: &mut HaltonP
     path.finish()
 }
 
-/// A slide that takes a contact of that depth to slip, mm, but not longer than a finger would be dragged.
+/// A slide after which a contact of that depth is in full slip, mm, limited to the longest slide.
 pub(super) fn slide_mm(settings: &DesignSettings, depth_mm: f64) -> f64 {
     settings.slip_slide_mm(depth_mm).min(LONGEST_SLIDE_MM)
 }
 
-/// A depth, mm, or what of it keeps the plane clear of the held section and the bone of the finger that ships.
+/// The depth, mm, limited so that the plane stays clear of the fixed section and the bone of the shipped finger.
 pub(super) fn clear_depth_mm(depth_mm: f64, [pitch_deg, roll_deg]: [f64; 2]) -> f64 {
     let place = ((pitch_deg - 10.0) / 10.0).clamp(0.0, 5.999);
     let (below, share) = (place as usize, place.fract());

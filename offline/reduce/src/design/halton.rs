@@ -32,7 +32,7 @@ impl HaltonPoint {
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         let base = PRIMES[self.next % PRIMES.len()];
         self.next += 1;
-        // Large bases start with runs of small steps; a stride coprime to them all spreads these.
+        // Sequences of large bases start with many small steps; a stride that is coprime to all bases spreads their points.
         low + (high - low) * halton(self.index * 127 + 1, base)
     }
 

@@ -1,4 +1,4 @@
-//! The design of experiments: which paths the finite-element model is run along, and which of them the fit never sees.
+//! The design of experiments: the paths of the finite-element runs, and the division into paths for the fit and held-out paths.
 //!
 //! Main types: [`DesignSettings`], [`Experiment`]; [`design`] lists the paths, [`batches`] and [`share`] divide them
 //! among machines. Parameters of the paths come from Halton's sequence, so that a few paths fill depth, direction and
@@ -30,7 +30,7 @@ use halton::HaltonPoint;
 pub enum Kind {
     /// Press and lift, no slide.
     Press,
-    /// Press, slide straight until everything slips.
+    /// Press, slide straight to full slip.
     Straight,
     /// Press, slide there and back, some nested.
     Reversal,
@@ -50,7 +50,7 @@ pub enum Kind {
     SpinSlide,
     /// Spin there and back, some nested.
     SpinReversal,
-    /// A slide, every second with a spin, in a pitch and roll that stay.
+    /// A slide at constant pitch and roll, every second one with a spin.
     Pose,
     /// Pitch and roll change in contact, without and with a slide.
     PoseChange,
@@ -58,13 +58,13 @@ pub enum Kind {
     Force,
     /// Steps of the normal force while the slide is held.
     ForceStep,
-    /// Slides at two depths in a pitch and roll of the whole range that stay, with a slide back or a spin.
+    /// Slides at two depths, at a constant pitch and roll from the whole range, with a slide back or a spin.
     WidePose,
     /// As [`Self::PoseChange`], over the whole range.
     WidePoseChange,
-    /// The forces of a hand: presses, slides, spins and poses at depths beyond those of the other kinds.
+    /// Large forces, as in a grip: presses, slides, spins and poses at depths beyond those of the other kinds.
     Deep,
-    /// Several coordinates at once, as hands move: rolling under load, knobs, regrasps, wobbles, taps, strokes, vibration.
+    /// Several coordinates at once, as in movements of the hand: rolling under load, knobs, regrasps, wobbles, taps, strokes, vibration.
     Combined,
     /// Slides, spins and turns on a sphere, a cylinder and an edge.
     Body,
@@ -95,7 +95,7 @@ impl Kind {
         Self::Body,
     ];
 
-    /// Whether pitch and roll are part of such paths and stay.
+    /// Whether such paths have a constant pitch and roll.
     pub fn is_in_pose(self) -> bool {
         matches!(self, Self::Pose | Self::WidePose)
     }
@@ -105,13 +105,12 @@ impl Kind {
         matches!(self, Self::PoseChange | Self::WidePoseChange)
     }
 
-    /// Whether the spring bed is fitted to such paths and scored on them; it knows neither their depths nor other bodies than a
-    /// plane.
+    /// Whether the bed of springs is fitted to such paths and scored on them. It represents neither deep paths nor bodies other than a plane.
     pub fn is_for_springs(self) -> bool {
         !matches!(self, Self::Deep | Self::Combined | Self::Body)
     }
 
-    /// The kind whose part of Halton's sequence such paths are drawn from; what is made of a point differs.
+    /// Index of the part of Halton's sequence from which such paths are drawn. Two kinds may share a part; they use its points differently.
     fn sequence(self) -> usize {
         (match self {
             Self::WidePose => Self::Pose,
@@ -147,7 +146,7 @@ impl Kind {
     }
 }
 
-/// Whether the reduced model knows such motions: depth or normal force, slide or friction, and spin, in one pose.
+/// Whether the bed of springs represents the motion of a path: depth or normal force, slide or friction, and spin, in one pose.
 pub fn is_representable(path: &Path) -> bool {
     let turns = &path.turns;
     let by_angle = turns.spin.as_ref().is_none_or(|spin| spin.drive == Drive::Displacement);
@@ -161,7 +160,7 @@ pub struct Experiment {
     pub name: String,
     /// Kind of motion.
     pub kind: Kind,
-    /// Whether the fit must not see it.
+    /// Whether the path is excluded from the fit.
     pub held_out: bool,
     /// The body that moves.
     pub body: RigidBodySettings,
@@ -180,10 +179,10 @@ impl Experiment {
 const KIND_STRIDE: usize = 50;
 const SEED_STRIDE: usize = 100_003;
 
-/// All paths, those for the fit and those held out, marked.
+/// All paths of a design: those for the fit and held-out ones.
 ///
 /// # Errors
-/// [`ReduceError::Design`] for settings that make no design.
+/// [`ReduceError::Design`] for invalid settings.
 pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError> {
     settings.check()?;
     let mut all = Vec::new();
@@ -203,7 +202,7 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
             let in_turn = |i: usize| if calibration == held_out { in_turn(i) } else { i };
             add(&mut all, kind, late, |number| {
                 let drawn = match kind {
-                    // Four that differ in the amplitude alone share the other parameters.
+                    // Four paths that differ only in the amplitude share the other parameters.
                     Kind::Vibration => in_turn(2 * (number / motions::AMPLITUDES) + usize::from(late)),
                     _ => in_turn(i),
                 };
@@ -217,13 +216,15 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
     Ok(all)
 }
 
-/// The point of the sequence for the `i`-th path where fit and held-out paths alternate strictly: every second pair changes
-/// places. Numbers in base 2 go up and down in turn as well, so that else one half would get all small ones.
+/// Index in the sequence of the `i`-th path where fit and held-out paths alternate: the paths of every second pair are exchanged. In base 2
+/// small and large numbers alternate as well, so that otherwise one half of the design would get all small ones.
 fn in_turn(i: usize) -> usize {
     i ^ (i >> 1 & 1)
 }
 
-/// Appends a path; `of` makes it and its body from its number within kind and half.
+/// Appends a path.
+///
+/// * `of`: returns its body and its motion from its number within kind and half
 fn add(all: &mut Vec<Experiment>, kind: Kind, held_out: bool, of: impl FnOnce(usize) -> (RigidBodySettings, Path)) {
     let number = all.iter().filter(|e| e.kind == kind && e.held_out == held_out).count();
     let name = format!("{}-{number:02}{}", kind.as_str(), if held_out { "h" } else { "" });
@@ -231,7 +232,9 @@ fn add(all: &mut Vec<Experiment>, kind: Kind, held_out: bool, of: impl FnOnce(us
     all.push(Experiment { name, kind, held_out, body, path });
 }
 
-/// The drawn path of a kind; `number` is that within its kind and half.
+/// The path of a kind with drawn parameters.
+///
+/// * `number`: number within its kind and half
 fn one(settings: &DesignSettings, kind: Kind, number: usize, point: &mut HaltonPoint) -> Path {
     match kind {
         Kind::Press => motions::press(settings, point),

@@ -13,12 +13,12 @@ pub(super) const AMPLITUDES: usize = 4;
 /// Fixed amplitudes, mm; the last is a share of the depth.
 const AMPLITUDES_MM: [f64; 3] = [0.001, 0.01, 0.1];
 const AMPLITUDE_SHARE: f64 = 0.1;
-/// Periods of a vibration: the first goes on from the slide, later ones show what repeats.
+/// Number of periods of a vibration. The first follows the slide; the later ones show the periodic response.
 const PERIODS: usize = 3;
-/// Slides before a vibration, share of that to full slip: all but sticks, partial slip, full slip.
+/// Slides before a vibration over that to full slip: nearly full stick, partial slip, full slip.
 const HELD_SLIDES: [[f64; 2]; 3] = [[0.02, 0.08], [0.25, 0.65], [1.0, 1.15]];
 
-/// A drawn depth, mm, of which the square root is even: shallow ones are not over-represented, deep ones not rare.
+/// A drawn depth, mm, whose square root is uniformly distributed.
 pub(super) fn drawn_depth_mm(settings: &DesignSettings, point: &mut HaltonPoint) -> f64 {
     drawn_depth_to_mm(settings, f64::INFINITY, point)
 }
@@ -40,7 +40,7 @@ pub(super) fn press(settings: &DesignSettings, point: &mut HaltonPoint) -> Path 
     path.finish()
 }
 
-/// Press, slide straight until everything slips.
+/// Press, slide straight to full slip.
 pub(super) fn straight(settings: &DesignSettings, depth: f64, angle: f64) -> Path {
     let mut path = PathBuilder::new();
     path.press(depth);
@@ -119,7 +119,7 @@ pub(super) fn oblique(settings: &DesignSettings, point: &mut HaltonPoint) -> Pat
     path.finish()
 }
 
-/// Six random corners in the plane, every second one in depth as well.
+/// Six random corners in the plane; at every second one the depth changes as well.
 pub(super) fn random(settings: &DesignSettings, point: &mut HaltonPoint) -> Path {
     let depth = drawn_depth_mm(settings, point);
     let full = settings.slip_slide_mm(depth);
@@ -133,8 +133,9 @@ pub(super) fn random(settings: &DesignSettings, point: &mut HaltonPoint) -> Path
     path.finish()
 }
 
-/// The depth vibrates while the slide is held, then a slide goes on. `number` chooses amplitude and slide: paths of one
-/// point and four numbers in succession have press and slide in common.
+/// The depth vibrates at a constant slide, then the slide continues.
+///
+/// * `number`: selects amplitude and slide; paths of one point and four successive numbers have press and slide in common
 pub(super) fn vibration(settings: &DesignSettings, number: usize, point: &mut HaltonPoint) -> Path {
     let depth = drawn_depth_mm(settings, point);
     let full = settings.slip_slide_mm(depth);
@@ -159,7 +160,7 @@ pub(super) fn force(settings: &DesignSettings, point: &mut HaltonPoint) -> Path 
     let [least, most] = settings.normal_force_n;
     let mut path = PathBuilder::by_force();
     path.press(point.between(least, most));
-    // The depth is not known before; the slide is that of the middle of the range.
+    // The depth is a result of the force; the slide is that for the middle of the range.
     let full = middle_slide_mm(settings);
     let angle = point.angle();
     path.slide(angle, full * point.between(0.5, 1.0));
@@ -167,7 +168,7 @@ pub(super) fn force(settings: &DesignSettings, point: &mut HaltonPoint) -> Path 
     path.finish()
 }
 
-/// Steps of the normal force while the slide is held, from stick to slip, then a slide goes on.
+/// Steps of the normal force at a constant slide, from stick to slip, then the slide continues.
 pub(super) fn force_step(settings: &DesignSettings, point: &mut HaltonPoint) -> Path {
     let [least, most] = settings.normal_force_n;
     let mut path = PathBuilder::by_force();

@@ -4,11 +4,11 @@ use fingerpad_fe::load_path::{Drive, Path, Turn, Turns, Waypoint};
 
 /// Speed of the plane, mm/s; sets the time column only.
 const SPEED_MM_S: f64 = 2.0;
-/// Distance from the axis of a turn at which the plane moves with that speed, mm.
+/// Distance from the axis of a rotation at which the plane moves with that speed, mm.
 const TURN_ARM_MM: f64 = 5.0;
-/// Force that is built up in the time of a millimetre, N/mm; sets the time column only.
+/// Change of a driven force in the time of a slide by 1 mm, N/mm; sets the time column only.
 const STIFFNESS_N_MM: f64 = 0.5;
-/// Depth at which the plane starts and ends in the air, mm.
+/// Depth at which the plane starts and ends without contact, mm.
 const AIR_MM: f64 = -0.02;
 
 /// A place of the plane: depth (mm) or normal force (N), slide (mm), and turns (degrees).
@@ -22,7 +22,7 @@ pub(super) struct Corner {
     pub(super) turns: [f64; 3],
 }
 
-/// A path under construction; it starts in the air.
+/// A path under construction; it starts without contact.
 pub(super) struct PathBuilder {
     normal_drive: Drive,
     times_s: Vec<f64>,
@@ -61,15 +61,15 @@ impl PathBuilder {
         path
     }
 
-    /// Where the path stands.
+    /// Last corner of the path.
     pub(super) fn here(&self) -> Corner {
         self.corners[self.corners.len() - 1]
     }
 
-    /// Goes straight to `corner`.
+    /// Adds a straight segment to `corner`.
     pub(super) fn to(&mut self, corner: Corner) {
         let from = self.here();
-        // Micrometres, millinewtons and hundredths of a degree are enough and keep the files readable.
+        // Rounding to micrometres, millinewtons and hundredths of a degree keeps the files readable.
         let to = Corner {
             normal: thousandth(corner.normal),
             slide: corner.slide.map(thousandth),
@@ -118,7 +118,7 @@ impl PathBuilder {
         self.to(Corner { slide: moved(here.slide, angle, length), turns, ..here });
     }
 
-    /// Leaves the finger.
+    /// Lifts the plane off the finger.
     pub(super) fn lift(&mut self) {
         self.press(AIR_MM);
     }

@@ -5,28 +5,28 @@ use serde::{Deserialize, Serialize};
 use super::Kind;
 use crate::ReduceError;
 
-/// Ratio of the depth range to the margin that paths of drawn depth keep from its ends.
+/// Depth range over the margin of drawn depths from its ends.
 const MARGIN_PARTS: f64 = 44.0;
-/// Amplitude of the largest fixed vibration of the depth, and a half more, mm: a vibrating contact must not end.
+/// Least depth, mm: 1.5 times the largest fixed amplitude of a vibration of the depth, so that a vibration does not end the contact.
 const LEAST_DEPTH_MM: f64 = 0.15;
 /// Poses that a path may have, degrees: pitch, roll.
 const POSES_DEG: [[f64; 2]; 2] = [[10.0, 70.0], [-30.0, 30.0]];
-/// Most paths of a kind in a half of the design.
+/// Largest number of paths of a kind in one half of the design.
 const MOST_PATHS: usize = 1000;
 /// Largest seed; sequences of different seeds do not overlap.
 const LARGEST_SEED: u64 = u32::MAX as u64;
 
-/// Section `[design]`: size of the design, by default that of the finger that ships.
+/// Section `[design]`: size of the design, by default that for the shipped finger.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DesignSettings {
-    /// Which part of Halton's sequence the drawn parameters are; another one is another design of the same size.
+    /// Selects the part of Halton's sequence for the drawn parameters. Another seed gives another design of the same size.
     pub seed: u64,
     /// Least and largest depth, mm.
     pub depth_mm: [f64; 2],
-    /// Slide after which a contact 1 mm deep slips as a whole, mm, roughly and rather too long: sizes all slides.
+    /// Slide after which a contact 1 mm deep is in full slip, mm: an upper estimate, to which all slides are proportional.
     pub slide_mm: f64,
-    /// Spin after which a contact 1 mm deep slips as a whole, degrees, roughly and rather too large: sizes all spins.
+    /// Spin after which a contact 1 mm deep is in full slip, degrees: an upper estimate, to which all spins are proportional.
     pub spin_deg: f64,
     /// Least and largest pitch (angle between the finger's axis and the plane) of near poses, degrees.
     pub pitch_deg: [f64; 2],
@@ -36,7 +36,7 @@ pub struct DesignSettings {
     pub wide_pitch_deg: [f64; 2],
     /// Least and largest roll of wide poses, degrees.
     pub wide_roll_deg: [f64; 2],
-    /// Largest depth of paths in a pose, mm: the held section of the finger is nearer there.
+    /// Largest depth of paths in a pose, mm; there the fixed section of the finger is closer to the plane.
     pub pose_depth_max_mm: f64,
     /// Least and largest normal force of paths driven by it, N.
     pub normal_force_n: [f64; 2],
@@ -66,7 +66,7 @@ pub struct PathNumbers {
     pub oblique: [usize; 2],
     /// [`Kind::Random`].
     pub random: [usize; 2],
-    /// [`Kind::Vibration`]: each four differ in the amplitude alone.
+    /// [`Kind::Vibration`]: four paths each differ only in the amplitude.
     pub vibration: [usize; 2],
     /// [`Kind::Spin`].
     pub spin: [usize; 2],
@@ -170,14 +170,14 @@ impl PathNumbers {
 }
 
 impl DesignSettings {
-    /// The same with the paths that the spring bed is not made for: the forces of a hand, combined motion, rigid bodies.
+    /// The same with the paths that the bed of springs does not represent: large forces, combined motion, rigid bodies.
     #[must_use]
     pub fn beyond_springs(self) -> Self {
         Self { paths: PathNumbers { deep: [8, 16], combined: [0, 40], body: [0, 12], ..self.paths }, ..self }
     }
 
-    /// The same ranges with some twenty paths, half of them held out: enough for what a finger's compliance does not tell its pad, and for
-    /// a bed of springs beside the pad.
+    /// The same ranges with some twenty paths, half of them held out. They suffice for the numbers of a pad that do not follow from the
+    /// finger's compliance, and for a bed of springs that is fitted to runs of the pad as well.
     #[must_use]
     pub fn quick(self) -> Self {
         let paths = PathNumbers {
@@ -205,7 +205,7 @@ impl DesignSettings {
         Self { axis_depths_mm: Vec::new(), paths, ..self }
     }
 
-    /// Refuses settings that make no design.
+    /// Refuses invalid settings.
     ///
     /// # Errors
     /// [`ReduceError::Design`] names the key and its value.
@@ -289,13 +289,13 @@ impl DesignSettings {
         [shallow + margin, (deep - margin).min(most_mm)]
     }
 
-    /// Slide after which a contact at that depth slips as a whole, mm, roughly and rather too long.
+    /// Upper estimate of the slide after which a contact at that depth is in full slip, mm.
     pub(super) fn slip_slide_mm(&self, depth_mm: f64) -> f64 {
         self.slide_mm / 3.2 * (0.3 + 2.9 * depth_mm.powf(0.75))
     }
 
-    /// Spin after which a contact at that depth slips as a whole, degrees: its rim, at a radius that grows with the root
-    /// of the depth, then moved as far as in a slide.
+    /// Upper estimate of the spin after which a contact at that depth is in full slip, degrees. The rim then moves as far as in the slide to
+    /// full slip; its radius grows with the square root of the depth.
     pub(super) fn slip_spin_deg(&self, depth_mm: f64) -> f64 {
         self.spin_deg * (0.3 + 2.9 * depth_mm.powf(0.75)) / (3.2 * depth_mm.sqrt())
     }

@@ -1,30 +1,30 @@
 //! Division of the design among machines.
 //!
-//! Paths that begin alike make a batch, whose common beginning is run once; batches are dealt out so that every share
-//! costs about the same.
+//! Paths with a common beginning form a batch, whose beginning is computed once. Batches are distributed so that all shares cost about the
+//! same.
 
 use fingerpad_fe::load_path::{Drive, Path, Waypoint};
 
 use super::Experiment;
 
-/// Increments of a slide, mm, a change of depth, mm, of force, N, and of a turn, degrees, as the cost is estimated by.
+/// Increments in the estimate of the cost: of a slide, mm, of the depth, mm, of a force, N, and of an angle, degrees.
 const STEPS: [f64; 4] = [0.1, 0.08, 0.1, 1.0];
-/// Least increments of a segment.
+/// Least number of increments of a segment.
 const LEAST_STEPS: f64 = 2.0;
-/// Cost of an increment on half of a symmetric finger, share of one on the whole.
+/// Cost of an increment on half of a symmetric finger over that on the whole finger.
 const HALF_COST: f64 = 0.35;
 
-/// Paths with a common beginning, most often one path alone.
+/// Paths with a common beginning, or a single path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch<'a> {
     /// The paths.
     pub experiments: Vec<&'a Experiment>,
-    /// Corners that all paths have in common and that are run once; 0 for a path alone.
+    /// Number of corners that all paths have in common and that are computed once; 0 for a single path.
     pub common: usize,
 }
 
 impl Batch<'_> {
-    /// The common beginning as a path of its own; None for a path alone.
+    /// The common beginning as a path of its own; None for a single path.
     pub fn beginning(&self) -> Option<Path> {
         let first = &self.experiments.first().filter(|_| self.common > 1)?.path;
         Some(Path::new(first.drives, first.waypoints[..self.common].to_vec()))
@@ -42,8 +42,8 @@ impl Batch<'_> {
     }
 }
 
-/// The design in batches, in its order. Only paths without turns share a beginning, and only those that either all keep
-/// the symmetry of the finger or all do not.
+/// The design in batches, in its order. Only paths without rotations share a beginning, and only if either all or none of them keep the
+/// symmetry of the finger.
 pub fn batches(design: &[Experiment]) -> Vec<Batch<'_>> {
     let mut batches: Vec<Batch> = Vec::new();
     for experiment in design {
@@ -62,7 +62,7 @@ pub fn batches(design: &[Experiment]) -> Vec<Batch<'_>> {
     batches
 }
 
-/// Corners that an experiment and all of a batch have in common; 0 if they cannot share.
+/// Number of corners that an experiment has in common with all paths of a batch; 0 if they cannot share a beginning.
 fn common_corners(batch: &Batch, experiment: &Experiment) -> usize {
     let (mate, path) = (&batch.experiments[0].path, &experiment.path);
     let is_alike = batch.experiments[0].body == experiment.body
@@ -114,7 +114,7 @@ fn cost(path: &Path, from: usize) -> f64 {
         let slides = (b.x - a.x).hypot(b.y - a.y) / slide;
         let turned = turns.iter().copied().flatten().map(|t| (t.values[row + 1] - t.values[row]).abs() / turn);
         let steps = turned.fold(slides.max((b.normal - a.normal).abs() / normal), f64::max).max(LEAST_STEPS);
-        // The contact's unknowns grow with its area; of a driven force the depth is not known.
+        // The number of unknowns grows with the contact area. Under a driven force the depth is unknown.
         let depth_mm = if by_force { 1.0 } else { 0.5 * (a.normal + b.normal).max(0.0) };
         steps * (0.5 + 0.5 * depth_mm)
     };

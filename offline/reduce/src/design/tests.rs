@@ -61,7 +61,8 @@ fn ranges_are_filled() {
     }
 }
 
-/// On each path of combined motion two or more coordinates change after the press; each body is met in one pose and in changing ones.
+/// On each path of combined motion two or more coordinates change after the press. Each body is touched in a constant and in changing
+/// poses.
 #[test]
 fn combined_motions_and_bodies_are_varied() {
     let all = default_design();
@@ -80,7 +81,7 @@ fn combined_motions_and_bodies_are_varied() {
     assert!(poses.values().all(|has_pose| *has_pose == [false, true]), "{poses:?}");
 }
 
-/// Every amplitude meets every held slide, in both halves, and shares press and slide with the other three.
+/// Every amplitude is combined with every slide, in both halves, and shares press and slide with the other three amplitudes.
 #[test]
 fn vibrations_combine_amplitudes_and_slides() {
     let all = default_design();
@@ -122,12 +123,12 @@ fn the_design_follows_from_its_seed() {
     }
 }
 
-/// Paths of the stored runs are those of the default design, so that these runs are found.
+/// The paths of the stored runs agree with the default design, so that the program finds these runs.
 #[test]
 fn stored_runs_are_of_this_design() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/runs");
     let mut all = default_design();
-    // Those by which the pad learns bodies and combined motion, from another part of the sequence.
+    // Runs on bodies and of combined motion for the pad, from another part of the sequence.
     let mut settings = DesignSettings { seed: 1, ..DesignSettings::default() };
     (settings.paths.combined, settings.paths.body) = ([12, 0], [18, 0]);
     let more = design(&settings).unwrap();

@@ -1,4 +1,4 @@
-//! Paths of the design on which the plane turns: spin, pitch and roll.
+//! Paths of the design with rotations: spin, pitch and roll.
 
 use std::f64::consts::PI;
 
@@ -60,7 +60,9 @@ pub(super) fn spin_reversal(settings: &DesignSettings, point: &mut HaltonPoint) 
     path.finish()
 }
 
-/// A slide with a corner in a pitch and roll that stay; in every second, by `number`, a spin takes the corner's place.
+/// A slide with a corner at constant pitch and roll.
+///
+/// * `number`: paths of odd numbers have a spin in place of the corner
 pub(super) fn pose(settings: &DesignSettings, number: usize, point: &mut HaltonPoint) -> Path {
     let depth = drawn_depth_to_mm(settings, settings.pose_depth_max_mm, point);
     let full = settings.slip_slide_mm(depth);
@@ -77,7 +79,9 @@ pub(super) fn pose(settings: &DesignSettings, number: usize, point: &mut HaltonP
     path.finish()
 }
 
-/// In a pitch and roll that stay: a slide, then, by `number` in turn, a slide back or a spin, another depth, a slide elsewhere.
+/// At constant pitch and roll: a slide, then a slide back or a spin, another depth, and a slide in another direction.
+///
+/// * `number`: selects slide back or spin in turn
 pub(super) fn wide_pose(settings: &DesignSettings, number: usize, point: &mut HaltonPoint) -> Path {
     let pose = drawn_pose_deg(settings.wide_poses_deg(), point);
     let mut path = PathBuilder::in_pose(pose);
@@ -113,8 +117,8 @@ pub(super) fn pose_change(settings: &DesignSettings, poses_deg: [[f64; 2]; 2], p
     path.finish()
 }
 
-/// A depth, mm, or what of it keeps the plane clear of the held section of the finger that ships: lying flat and rolled far to
-/// the side it meets that at 0.98 mm, and deeper by 0.18 mm for each degree of pitch.
+/// The depth, mm, limited so that the plane stays clear of the fixed section of the shipped finger. Flat and at the largest roll the plane
+/// meets that section at 0.98 mm; with each degree of pitch this depth grows by 0.18 mm.
 fn clear_depth_mm(depth_mm: f64, [pitch_deg, roll_deg]: [f64; 2]) -> f64 {
     depth_mm.min(0.9 + 0.16 * (pitch_deg - 10.0) + 0.03 * (30.0 - roll_deg.abs()))
 }

@@ -1,14 +1,14 @@
-//! The rigid bodies of the finite elements that a pad knows.
+//! The rigid bodies of the finite elements that a pad supports.
 
 use fingerpad::Elementary;
 use fingerpad::pad::{Body, Cylinder, Edge, Sphere};
 use fingerpad_fe::contact::RigidBody;
 
-/// The same body for a pad; None of a groove and of heights, which a pad does not take.
+/// The same body for a pad; None for grooves and height fields, which a pad does not support.
 ///
-/// * `near`: the nearest number in the pad's precision
+/// * `near`: rounds to the pad's precision
 pub fn body_of<T: Elementary>(body: &RigidBody, near: impl Fn(f64) -> T) -> Option<Body<T>> {
-    // Directions of an axis are the same half a turn on.
+    // An axis has the same direction after half a turn.
     let axis = |deg: f64| near((deg + 90.0).rem_euclid(180.0) - 90.0);
     match *body {
         RigidBody::Plane => Some(Body::Plane),

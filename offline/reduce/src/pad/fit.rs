@@ -1,4 +1,4 @@
-//! The few numbers of a pad that nonlinear runs decide.
+//! Fit of the few numbers of a pad that follow from nonlinear runs.
 
 use fingerpad::pad::Law;
 use fingerpad_fe::contact::Outline;
@@ -9,23 +9,23 @@ use super::score::{errors, largest};
 use super::{PadModel, Tuning, replay};
 use crate::Run;
 
-/// How long a fit may take.
+/// Limits of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct FitLimits {
     /// Evaluations of the minimiser for each parameter.
     pub patience: usize,
-    /// Whether the numbers are held near their start, as few runs need it.
+    /// Whether a prior keeps the numbers near their start, which is necessary with few runs.
     pub hold: bool,
 }
 
-/// Step of the difference quotients, of parameters that are logarithms.
+/// Step of the finite differences; the parameters are logarithms.
 const DIFFERENCE: f64 = 1e-2;
 /// Weights of residuals: normal force, friction, stick ratio, centre (1/mm), moment, area.
 const WEIGHTS: [f64; 6] = [1.5, 1.0, 0.1, 0.05, 0.3, 0.2];
 
-/// Numbers of a law as the minimiser sees them.
+/// Number of positive parameters, which the minimiser varies as logarithms.
 const NUMBERS: usize = 16;
-/// And those that may have either sign.
+/// Number of parameters of either sign.
 const SIGNED: usize = 28;
 
 fn to_numbers(tuning: &Tuning) -> Vec<f64> {
@@ -68,14 +68,15 @@ fn to_tuning(numbers: &[f64]) -> Tuning {
     Tuning { law, local: [n[4], n[5]], spread: n[8], sheared: n[15], weight: [signed[25], signed[26], signed[27]] }
 }
 
-/// Error along a run that counts as much as a change by [`HELD_LOG`] of a number that is a logarithm, or by [`HELD_SIGNED`] of another.
+/// Weight of the prior: the error along a run that is equivalent to a change by [`HELD_LOG`] of a logarithm, or by [`HELD_SIGNED`] of
+/// another parameter.
 const HELD_ERROR: f64 = 0.02;
 const HELD_LOG: f64 = 0.3;
 const HELD_SIGNED: f64 = 0.1;
 
 struct OfRuns<'a> {
     at_rest: &'a PadModel,
-    /// Where the numbers are held, if they are.
+    /// Centre of the prior, if there is one.
     near: Option<&'a [f64]>,
     runs: &'a [&'a Run],
     outline: &'a Outline,
@@ -91,14 +92,14 @@ impl OfRuns<'_> {
             for (s, a) in run.samples.iter().zip(replay(&model, run, self.outline)) {
                 let e = errors(s, &a);
                 let [n, f, stick, centre, moment, contact] = WEIGHTS.map(|w| w * weight);
-                let bears = if f64::from(s.normal_force_n) > 0.1 * normal { 1.0 } else { 0.0 };
+                let is_loaded = if f64::from(s.normal_force_n) > 0.1 * normal { 1.0 } else { 0.0 };
                 out.extend([
                     n * e[0] / normal,
                     f * e[1] / friction,
                     f * e[2] / friction,
                     stick * e[3],
-                    centre * e[4] * bears,
-                    centre * e[5] * bears,
+                    centre * e[4] * is_loaded,
+                    centre * e[5] * is_loaded,
                     moment * e[6] / (3.0 * friction),
                     contact * e[7] / area,
                 ]);
@@ -129,9 +130,9 @@ impl Problem for OfRuns<'_> {
     }
 }
 
-/// What fits `runs` best, from `start`.
+/// Least-squares fit of the parameters to `runs`, from `start`.
 ///
-/// * `at_rest`: the pad as [`super::pad`] gives it
+/// * `at_rest`: the pad that [`super::pad`] returns
 pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], outline: &Outline, limits: FitLimits) -> Tuning {
     let origin = to_numbers(start);
     let near = limits.hold.then_some(origin.as_slice());

@@ -1,4 +1,4 @@
-//! Runs of a pad from which a bed of springs learns its form.
+//! Runs of a pad to which a bed of springs is fitted.
 //!
 //! Main functions: [`runs_for_bed`], [`runs_in_pose`]. Uses path, replay and design.
 
@@ -9,18 +9,18 @@ use fingerpad_fe::load_path::{Drive, Turn, Turns};
 use super::{PadModel, replay_on_plane, simulate_path_on_pad};
 use crate::{DesignSettings, ReduceError, Run, Sample, design, is_representable};
 
-/// Depths at which the ratios to the finite elements are given, over the largest.
+/// Nodes of the ratios to the finite elements: depths over the largest depth.
 const NODES: [f64; 9] = [0.008, 0.02, 0.04, 0.08, 0.16, 0.32, 0.48, 0.72, 1.0];
-/// Depth below which rows tell nothing, mm.
+/// Rows below this depth are not used, mm.
 const LEAST_DEPTH_MM: f64 = 0.01;
-/// Stick ratio up to which finite elements, and a pad, count as slipping as a whole.
+/// Largest stick ratio of full slip: of the finite elements, and of a pad.
 const SLIPS: [f64; 2] = [0.03, 0.05];
-/// How little the ratio changes from node to node, over what the rows of one node tell: holds nodes that have no rows.
+/// Weight of the smoothing between neighbouring nodes over the mean weight of the rows of a node. It determines nodes without rows.
 const SMOOTH: f64 = 0.03;
-/// Most by which the moment of spin follows the ratio of friction: a light contact is about one patch, without an arm of its own.
+/// Largest factor on the spin moment. A light contact of a pad is about one patch and has little moment, whatever its ratio of friction.
 const MOMENT_MOST: f64 = 1.1;
 
-/// How far a pad is from the finite elements over depth: factors on its normal force and on its friction.
+/// Ratios of the finite elements to a pad over depth: factors on its normal force and on its friction.
 struct Ratios {
     deepest_mm: f64,
     /// Logarithms at [`NODES`].
@@ -29,7 +29,7 @@ struct Ratios {
 }
 
 impl Ratios {
-    /// From rows of runs on a plane that stay in the neutral pose.
+    /// Ratios from the rows of runs on a plane in the neutral pose.
     fn of(model: &PadModel, runs: &[&Run], deepest_mm: f64) -> Self {
         let (mut normal, mut friction) = (Vec::new(), Vec::new());
         let length = |f: [f64; 2]| f[0].hypot(f[1]);
@@ -54,7 +54,7 @@ impl Ratios {
         Self { deepest_mm, normal: fitted(&normal), friction: fitted(&friction) }
     }
 
-    /// Brings a sample of the pad to the finite elements.
+    /// Multiplies the loads of a sample of the pad by the ratios at its depth.
     fn apply(&self, sample: &mut Sample) {
         let depth = f64::from(sample.depth_mm);
         let [normal, friction] = [&self.normal, &self.friction].map(|logs| {
@@ -81,7 +81,7 @@ fn weights(depth_mm: f64, deepest_mm: f64) -> [f64; NODES.len()] {
     weights
 }
 
-/// Values at the nodes by least squares over rows of depth, value and weight, held smooth; 0 without rows.
+/// Values at the nodes by smoothed least squares over rows of depth, value and weight; 0 without rows.
 fn over_depth(rows: &[(f64, f64, f64)], deepest_mm: f64) -> [f64; NODES.len()] {
     const N: usize = NODES.len();
     if rows.is_empty() {
@@ -103,14 +103,14 @@ fn over_depth(rows: &[(f64, f64, f64)], deepest_mm: f64) -> [f64; NODES.len()] {
     matrix.lu().solve(&right).map_or([0.0; N], Into::into)
 }
 
-/// Runs of a pad along the paths of a design that a bed of springs in its neutral pose is fitted to, brought to the finite elements at
-/// each depth by the ratios along `runs`. None is held out.
+/// Runs of a pad in the neutral pose along the paths of a design to which a bed of springs is fitted. Their loads are corrected at each
+/// depth by the ratios of the finite elements to the pad along `runs`. None is held out.
 ///
-/// * `runs`: finite-element runs of the same finger; those that are held out are not looked at
+/// * `runs`: finite-element runs of the same finger; held-out ones are not used
 /// * `settings`: ranges and numbers of paths
 ///
 /// # Errors
-/// [`ReduceError::Design`] for settings that make no design, [`ReduceError::Runs`] for a path that a pad cannot follow.
+/// [`ReduceError::Design`] for invalid settings, [`ReduceError::Runs`] for a path that a pad cannot follow.
 pub fn runs_for_bed(
     pad: &Pad<'_>,
     runs: &[Run],
@@ -130,12 +130,12 @@ pub fn runs_for_bed(
     Ok(made)
 }
 
-/// Runs of a pad along the paths of a design for a bed of springs in one pose, held-out ones among them. Their answers are the pad's own.
+/// Runs of a pad along the paths of a design for a bed of springs in one pose, including held-out ones, without a correction.
 ///
 /// * `pose_deg`: pitch and roll of the finger, degrees
 ///
 /// # Errors
-/// As [`runs_for_bed`], and [`ReduceError::Pose`] for a pose out of the pad's range.
+/// As [`runs_for_bed`], and [`ReduceError::Pose`] for a pose outside the pad's range.
 pub fn runs_in_pose(
     pad: &Pad<'_>,
     pose_deg: [f64; 2],
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_are_found_where_rows_tell_them_and_held_elsewhere() {
+    fn ratios_are_found_where_there_are_rows_and_smooth_elsewhere() {
         let rows: Vec<(f64, f64, f64)> =
             (1..=200).map(|k| (0.01 * f64::from(k), 0.2 - 0.1 * f64::from(k) / 200.0, 1.0)).collect();
         let found = over_depth(&rows, 2.5);

@@ -12,17 +12,17 @@ use super::score::ANGLE_DEG;
 use super::{FitLimits, PadModel, PadScores, PadSize, Tuning, fit, pad, replay, score_runs};
 use crate::{Kind, ReduceError, Run, Sample};
 
-/// How a pad is made.
+/// Settings of the fit of a pad.
 #[derive(Clone, Copy, Debug)]
 pub struct PadSettings {
-    /// Patches.
+    /// Number of patches.
     pub size: PadSize,
-    /// Runs to fit to, shared out over the kinds of motion by their number, each of which gives at least 15 % of it. All that
-    /// are not held out give the bands.
+    /// Number of runs to fit to. They are divided among the kinds of motion in proportion to their numbers of runs, with at least 15 % for
+    /// each kind. The bands use all runs that are not held out.
     pub runs: usize,
-    /// How long the fit may take.
+    /// Limits of the fit.
     pub limits: FitLimits,
-    /// What the fit starts from.
+    /// Start of the fit.
     pub start: Tuning,
 }
 
@@ -37,18 +37,18 @@ impl Default for PadSettings {
     }
 }
 
-/// What a pad's model file says of where it comes from.
+/// Provenance of a pad in its model file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PadMeta {
     /// Version of this library.
     pub version: String,
     /// Hash of the settings of the runs.
     pub settings_hash: String,
-    /// Number of runs that it was fitted to, and of runs that gave the bands; the latter include the former.
+    /// Number of runs of the fit, and of the bands; the latter include the former.
     pub fitted_runs: [usize; 2],
-    /// What was fitted.
+    /// Fitted numbers.
     pub tuning: Tuning,
-    /// Errors along runs that neither the fit nor the bands have seen, by kind.
+    /// Errors along held-out runs, which neither the fit nor the bands used, by kind.
     pub held_out: BTreeMap<String, PadScores>,
 }
 
@@ -67,7 +67,7 @@ impl PadMeta {
 pub struct MadePad {
     /// The pad in double precision.
     pub model: PadModel,
-    /// Where it comes from.
+    /// Provenance.
     pub meta: PadMeta,
 }
 
@@ -84,7 +84,7 @@ impl MadePad {
 impl PadModel {
     /// The bytes of its model file.
     ///
-    /// * `meta`: where it comes from, JSON
+    /// * `meta`: provenance, JSON
     ///
     /// # Errors
     /// [`ReduceError::Model`] for numbers that the core refuses.
@@ -143,12 +143,12 @@ fn single_numbers(n: &Numbers<f64>) -> Numbers {
     }
 }
 
-/// Makes the pad of a finger.
+/// Computes and fits the pad of a finger.
 ///
-/// * `runs`: of that finger, held-out ones among them
+/// * `runs`: runs of that finger, including held-out ones
 ///
 /// # Errors
-/// [`ReduceError::Fit`] where the finger is not held, or there are no runs to fit to.
+/// [`ReduceError::Fit`] if the finger has no support, or without runs to fit to.
 pub fn make_pad(
     finger: &Finger,
     outline: &Outline,
@@ -178,10 +178,10 @@ pub fn make_pad(
     Ok(MadePad { model, meta })
 }
 
-/// Runs of every kind that a fit sees at least, where there are so many: this share of the runs that are wanted.
+/// Least number of runs of each kind in a fit, share of the wanted number of runs; all runs of the kind if it has fewer.
 const LEAST_OF_A_KIND: f64 = 0.15;
 
-/// Runs to fit to, evenly over each kind: about `most` and the least number of each kind.
+/// Selects the runs to fit to, evenly spaced within each kind: about `most`, with the least number of each kind.
 fn shared_out<'a>(runs: &[&'a Run], most: usize) -> Vec<&'a Run> {
     let mut fitted = Vec::new();
     for kind in Kind::ALL {
@@ -197,17 +197,18 @@ fn shared_out<'a>(runs: &[&'a Run], most: usize) -> Vec<&'a Run> {
 
 /// Share of the rows of every kind of run within a band.
 const COVERAGE: f64 = 0.95;
-/// Number of errors from which on a kind of run counts separately.
+/// Least number of errors for which a kind of run has its own quantile.
 const FEW: usize = 60;
-/// Stick ratios of the three classes of rows by which a band is made, and where they part.
+/// Stick ratios at which a band is defined, each for one class of rows.
 const CLASSES: [f64; 3] = [0.0, 0.5, 1.0];
+/// Stick ratios between the classes.
 const PARTS: [f64; 2] = [0.15, 0.85];
-/// Depth from which on the core's bands grow with depth, mm.
+/// Depth above which the core's bands grow with depth, mm.
 const DEEP_MM: f64 = 2.6;
-/// Normal force below which a contact is light, N: its errors are not in proportion to it.
+/// Normal force below which a contact is light, N; errors of light contacts are not proportional to the force.
 const LIGHT_N: f64 = 0.02;
 
-/// A row of a run, as the bands are made from it.
+/// The quantities of a row of a run from which the bands follow.
 struct Row {
     /// Errors of the normal force and of friction along x and y, N.
     errors: [f64; 3],
@@ -224,7 +225,7 @@ impl Row {
     }
 }
 
-/// Rows of a run that are not so deep that bands grow with depth.
+/// Rows of a run below the depth above which bands grow.
 fn shallow_rows(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Row> {
     let neutral = model.numbers.neutral_pitch_deg;
     let row = |(s, r): (&Sample, Response<f64>)| {
@@ -250,9 +251,9 @@ fn is_away(s: &Sample, neutral_pitch_deg: f64) -> bool {
 }
 
 impl PadModel {
-    /// Sets the bands to what holds 95 % of the rows of every kind of run.
+    /// Sets the bands so that they contain 95 % of the rows of each kind of run.
     ///
-    /// * `runs`: none of them held out
+    /// * `runs`: without held-out ones
     pub fn set_bands(&mut self, runs: &[&Run], outline: &Outline) {
         let numbers = &mut self.numbers;
         (numbers.band_body, numbers.band_deep) = ([0.0; 2], [0.0; 2]);
@@ -262,15 +263,15 @@ impl PadModel {
         self.numbers.band_body = added(self, &curved, outline, |numbers| &mut numbers.band_body);
     }
 
-    /// Those of contacts with a plane, without what depth adds.
+    /// Sets the bands of contacts with a plane, without the additions for depth and curved bodies.
     fn set_bands_on_plane(&mut self, runs: &[&Run], outline: &Outline) {
         let on_plane = runs.iter().filter(|run| run.body.is_plane());
         let (light, rest): (Vec<Row>, Vec<Row>) =
             on_plane.flat_map(|run| shallow_rows(self, run, outline)).partition(|row| row.normal < LIGHT_N);
         let of_light = [false, true].map(|away| {
             let own = || light.iter().filter(move |row| row.is_away == away);
-            // The median of friction's errors: in some rows friction of a light contact is wrong by all of it, and a width that holds
-            // them would double the bands of larger contacts.
+            // The median of the errors of friction. In some rows of light contacts the error is as large as friction itself; a width that
+            // contains these rows would double the bands of larger contacts.
             [
                 widest(own(), &|row| vec![row.errors[0]]),
                 median(own().flat_map(|row| [row.errors[1], row.errors[2]]).collect()),
@@ -295,13 +296,13 @@ impl PadModel {
     }
 }
 
-/// Widths in the neutral pose, and what other poses add to them.
+/// Widths in the neutral pose, and the additions for other poses.
 fn beside<const K: usize>(neutral: [f64; K], away: [f64; K]) -> [[f64; K]; 2] {
     [neutral, std::array::from_fn(|k| (away[k] - neutral[k]).max(0.0))]
 }
 
-/// The largest width that a kind of run needs, so that none has more rows outside than another; of all rows together where every kind
-/// has few.
+/// The largest of the widths that the kinds of run and all rows together need for the coverage. Kinds with few rows have no width of their
+/// own.
 fn widest<'a>(rows: impl Iterator<Item = &'a Row>, errors: &dyn Fn(&Row) -> Vec<f64>) -> f64 {
     let mut by_kind: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for row in rows {
@@ -311,8 +312,8 @@ fn widest<'a>(rows: impl Iterator<Item = &'a Row>, errors: &dyn Fn(&Row) -> Vec<
     by_kind.into_values().filter(|own| own.len() >= FEW).map(quantile).fold(all, f64::max)
 }
 
-/// Over the stick ratio, through the widths of the three classes: value at 0, factors of the ratio and of its square. The middle one is
-/// large enough that no width is negative.
+/// Parabola over the stick ratio through the widths of the three classes: constant, factors of the ratio and of its square. The middle
+/// width is increased where the parabola would be negative.
 fn parabola([slip, middle, stick]: [f64; 3]) -> [f64; 3] {
     let [_, m, _] = CLASSES;
     let middle = middle.max(0.25 * (slip + stick));
@@ -320,7 +321,9 @@ fn parabola([slip, middle, stick]: [f64; 3]) -> [f64; 3] {
     [slip, stick - slip - square, square]
 }
 
-/// What rows need beyond the bands without some numbers, over what the core makes of 1 in their place.
+/// Fits an addition to the bands: for each row the missing width without the addition, over the width that an addition of 1 gives.
+///
+/// * `numbers`: the addition to both bands within the numbers of a pad
 fn added(
     model: &PadModel,
     runs: &[&Run],
@@ -335,7 +338,7 @@ fn added(
         for (s, (plain, wide)) in run.samples.iter().zip(answers) {
             let [normal, x, y] = off(s, &plain);
             let mut need = |k: usize, error: f64, plain: f64, wide: f64| {
-                // Rows to which the numbers add little say nothing of them.
+                // Rows on which the addition has little influence do not determine it.
                 if wide - plain > NOTICED * wide {
                     needed[k].push((error - plain).max(0.0) / (wide - plain));
                 }
@@ -348,10 +351,10 @@ fn added(
     needed.map(quantile)
 }
 
-/// Share of a band that 1 in place of some numbers must add.
+/// A row determines an addition if an addition of 1 is more than this share of its band.
 const NOTICED: f64 = 0.5;
 
-/// What [`COVERAGE`] of the values do not exceed; 0 of none.
+/// The [`COVERAGE`] quantile of the values; 0 for an empty list.
 fn quantile(values: Vec<f64>) -> f64 {
     ranked(values, COVERAGE)
 }

@@ -1,6 +1,7 @@
-//! The pad of a finger: its patches and bulk from the compliance at rest, and the few numbers that nonlinear runs decide.
+//! The pad of a finger: patches and bulk from its compliance at small loads, and a few numbers from a fit to nonlinear runs.
 //!
-//! Main types: [`PadModel`] (what [`fingerpad::pad`] steps), [`Tuning`] (what is fitted); main functions: [`pad`], [`fit`], [`replay`].
+//! Main types: [`PadModel`] (the numbers that [`fingerpad::pad`] reads), [`Tuning`] (the fitted numbers); main functions: [`pad`], [`fit`],
+//! [`replay`].
 //! Uses fe and runs.
 
 mod bodies;
@@ -24,7 +25,7 @@ pub use path::simulate_path_on_pad;
 pub use replay::{replay, replay_on_plane};
 pub use score::{DepthScores, PadScores, score_depths, score_runs};
 
-/// Most patches of a pad on the outline.
+/// Largest number of patches of a pad.
 pub const MOST_PATCHES: usize = 64;
 
 /// The numbers of a pad.
@@ -32,19 +33,19 @@ pub const MOST_PATCHES: usize = 64;
 pub struct PadModel {
     /// The patches.
     pub patches: Vec<Patch<f64>>,
-    /// What holds for all of them.
+    /// Numbers of the finger as a whole.
     pub numbers: Numbers<f64>,
-    /// Inner normals of the patches, by which [`Self::tuned`] makes [`Numbers::squash`]; empty for a pad from a file.
+    /// Inner normals of the patches, from which [`Self::tuned`] computes [`Numbers::squash`]; empty for a pad from a file.
     pub normals: Vec<Vector3<f64>>,
 }
 
 impl PadModel {
-    /// The pad, ready to step.
+    /// The pad with these numbers.
     pub fn pad(&self) -> Pad<'_, f64> {
         Pad::new(&self.patches, &self.numbers)
     }
 
-    /// The same numbers as those of a model file.
+    /// The numbers of a pad from a model file.
     pub fn of(pad: &Pad<'_>) -> Self {
         Self {
             patches: pad.patches.iter().map(Patch::cast).collect(),
@@ -53,7 +54,7 @@ impl PadModel {
         }
     }
 
-    /// The pad of a finger at rest with what was fitted.
+    /// A pad from [`pad`] with fitted numbers.
     pub fn tuned(&self, tuning: &Tuning) -> Self {
         let mut model = self.clone();
         model.numbers.law = tuning.law;
@@ -68,25 +69,25 @@ impl PadModel {
     }
 }
 
-/// What is fitted to nonlinear runs.
+/// The numbers that are fitted to nonlinear runs.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Tuning {
     /// Stiffening, flattening, friction, second order.
     pub law: Law<f64>,
-    /// Local compliance along the normal and across, over what the modes leave.
+    /// Local compliance along the normal and across, over the part of the compliance that the modes do not represent.
     pub local: [f64; 2],
     /// Spread of the gaps within a patch, over that of its points.
     pub spread: f64,
-    /// Share with which the square of a displacement across the skin's normal, along x, counts as squash.
+    /// Weight of the squared displacement across the skin's normal, along x, in the squash.
     #[serde(default)]
     pub sheared: f64,
-    /// Where on the skin a displacement counts more as squash: the logarithm of its weight is the sum of these numbers times x, x² and
-    /// y², from the middle of the skin in units of 5 mm.
+    /// Weight of a place of the skin in the squash: its logarithm is the sum of these numbers times x, x² and y², from the middle of the skin
+    /// in units of 5 mm.
     #[serde(default)]
     pub weight: [f64; 3],
 }
 
-/// What was found for the finger that ships; the numbers of another one are near.
+/// The fitted numbers of the shipped finger; those of other fingers are similar.
 impl Default for Tuning {
     fn default() -> Self {
         Self {
@@ -114,7 +115,7 @@ impl Default for Tuning {
     }
 }
 
-/// Length in which places on the skin are counted, mm.
+/// Unit of places on the skin in [`Tuning::weight`], mm.
 const SKIN_MM: f64 = 5.0;
 
 /// Weighted mean square of the skin's displacement, mm² per mJ: the lower triangle, row by row.

@@ -1,4 +1,4 @@
-//! Patches and bulk modes of a finger, from its compliance at rest.
+//! Patches and bulk modes of a finger, from its compliance at small loads.
 
 use fingerpad::pad::{FIRST_TOUCH_TERMS, MODES, Numbers, PACKED, first_touch_terms};
 use fingerpad_fe::contact::Outline;
@@ -18,7 +18,7 @@ struct Patch {
     /// Inner normal of the skin.
     normal: Vector3<f64>,
     modes: SMatrix<f64, 3, MODES>,
-    /// What the modes leave of its compliance along the normal and across, mm/N.
+    /// Part of its compliance that the modes do not represent, along the normal and across, mm/N.
     compliance: [f64; 2],
 }
 
@@ -26,43 +26,43 @@ struct Patch {
 const PITCH_RANGE_DEG: [f64; 2] = [10.0, 70.0];
 const ROLL_MAX_DEG: f64 = 30.0;
 
-/// How many patches a pad has.
+/// Number of patches of a pad.
 #[derive(Clone, Copy, Debug)]
 pub struct PadSize {
-    /// Patches, nearly; those that straddle the middle count once, the others come in mirrored pairs.
+    /// Wanted number of patches; the result may differ by a few. Patches on the middle plane count once, the others come in mirrored pairs.
     pub patches: usize,
 }
 
-/// Rounds of k-means.
+/// Iterations of k-means.
 const ROUNDS: usize = 60;
-/// Poses, degrees from the neutral one, and depths, mm, whose loads the bulk modes are made for.
+/// Poses, degrees from the neutral one, and depths, mm, of the loads from which the bulk modes follow.
 const PITCHES_DEG: [f64; 7] = [-18.0, -10.0, 0.0, 10.0, 20.0, 30.0, 38.0];
 const ROLLS_DEG: [f64; 5] = [-25.0, -12.0, 0.0, 12.0, 25.0];
 const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.6, 3.0];
 
-/// Angle from the neutral pose within which most contacts lie, degrees, and the weight of skin that no contact reaches over that of skin
-/// that all do.
+/// Angle from the neutral pose within which most contacts lie, degrees.
 const USUAL_DEG: f64 = 18.0;
+/// Weight of skin that no contact reaches, over that of skin that all contacts reach.
 const LEAST_WEIGHT: f64 = 0.1;
 
-/// Turn of the body against a finger that is pitched and rolled by these angles from its neutral pose, rad.
+/// Rotation of the body relative to a finger that is pitched and rolled by these angles from its neutral pose, rad.
 pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Vector3::x_axis(), -roll) * Rotation3::from_axis_angle(&Vector3::y_axis(), -pitch)
 }
 
-/// The pad of a finger.
+/// The pad of a finger, before the fit to nonlinear runs.
 ///
-/// * `outline`: its undeformed surface, from which depth counts
+/// * `outline`: undeformed surface, from which depth is measured
 /// * `depth_max_mm`: depth up to which the pad will be fitted
 ///
 /// # Errors
-/// [`ReduceError::Fit`] where the finger is not held or its pad too small for so many patches.
+/// [`ReduceError::Fit`] if the finger has no support, or if its surface has too few nodes for so many patches.
 pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64) -> Result<PadModel, ReduceError> {
     let failed = |problem: String| ReduceError::Fit(problem);
     let compliance = RestCompliance::of(&finger.body).map_err(|e| failed(format!("compliance: {e}")))?;
     let nodes: Vec<Vector3<f64>> = compliance.nodes.iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
     let (areas, normals) = around(finger, &compliance.nodes);
-    // Nodes that are held, or lie beside all faces, take no part.
+    // Leaves out nodes that are fixed or belong to no face.
     let moves = |k: usize| areas[k] > 0.0 && compliance.matrix[(3 * k + 2, 3 * k + 2)] > 0.0;
     let used: Vec<usize> = (0..nodes.len()).filter(|&k| moves(k)).collect();
     let weights = weights(&nodes, &areas, outline);
@@ -91,7 +91,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     let of_patches = &means * contact * means.transpose();
     let root = of_patches.clone().cholesky().ok_or_else(|| failed("compliance is not positive".into()))?.l();
     let loads = loads(&patches, &of_patches, outline);
-    // The modes that hold most of the energy of these loads; each carries its own stiffness.
+    // The modes that contain most of the energy of these loads, each scaled by its stiffness.
     let energies = root.transpose() * loads;
     let svd = energies.svd(true, false);
     let directions = svd.u.ok_or_else(|| failed("no modes".into()))?;
@@ -125,7 +125,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
         law: Tuning::default().law,
     };
     let patches = patches.into_iter().map(|p| {
-        // A patch of two nodes has no root of its own.
+        // The second moment of a patch of two nodes is singular.
         let root = (p.spread + Matrix3::identity() * 1e-6).cholesky().map_or(Matrix3::zeros(), |c| c.l());
         fingerpad::pad::Patch {
             middle_mm: p.middle.into(),
@@ -140,7 +140,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     Ok(PadModel { patches, numbers: Numbers { reach, ..numbers }, normals })
 }
 
-/// Translation and rotation nearest to the motion of all patches in each mode, by least squares over the area.
+/// Translation and rotation that are closest to the motion of all patches in each mode, by least squares over the area.
 fn rigid(patches: &[Patch], middle: &Vector3<f64>) -> SMatrix<f64, 6, MODES> {
     let (mut square, mut right) = (SMatrix::<f64, 6, 6>::zeros(), SMatrix::<f64, 6, MODES>::zeros());
     for patch in patches {
@@ -164,7 +164,7 @@ fn around(finger: &Finger, nodes: &[u32]) -> (Vec<f64>, Vec<Vector3<f64>>) {
     let triangles = mesh.pad_triangles.iter().flat_map(|&t| [t, t]);
     for triangle in quads.chain(triangles) {
         let [a, b, c] = triangle.map(|n| mesh.nodes[n as usize]);
-        // Each quadrilateral is cut both ways.
+        // Each quadrilateral is divided into triangles along both diagonals.
         let outer = (b - a).cross(&(c - a)) * 0.25;
         for k in triangle.map(|n| place[n as usize]).into_iter().filter(|&k| k != usize::MAX) {
             areas[k] += outer.norm() / 3.0;
@@ -175,8 +175,8 @@ fn around(finger: &Finger, nodes: &[u32]) -> (Vec<f64>, Vec<Vector3<f64>>) {
     (areas, normals)
 }
 
-/// What each node counts when the skin is shared out: its area, the more so the more often contacts lie on it, so that patches are small
-/// there.
+/// Weight of each node in the division into patches: its area times a factor that grows with the number of poses whose contact includes it,
+/// so that patches are small there.
 fn weights(nodes: &[Vector3<f64>], areas: &[f64], outline: &Outline) -> Vec<f64> {
     let mut touched = vec![0.0; nodes.len()];
     let mut whole = 0.0;
@@ -196,7 +196,7 @@ fn weights(nodes: &[Vector3<f64>], areas: &[f64], outline: &Outline) -> Vec<f64>
     touched.iter().zip(areas).map(|(touched, area)| area * (LEAST_WEIGHT + touched / whole)).collect()
 }
 
-/// The patch of each used node: k-means over one half, mirrored; patches at the middle are one with their mirror image.
+/// Index of the patch of each used node: k-means over one half, mirrored. Patches at the middle plane are joined with their mirror image.
 fn clusters(used: &[usize], nodes: &[Vector3<f64>], weights: &[f64], wanted: usize) -> Vec<usize> {
     let half: Vec<usize> = used.iter().copied().filter(|&k| nodes[k].y > -1e-9).collect();
     // A patch with nodes in the middle plane is its own mirror image.
@@ -216,7 +216,7 @@ fn clusters(used: &[usize], nodes: &[Vector3<f64>], weights: &[f64], wanted: usi
         }
     }
     let (middles, central) = best.map(|(_, middles, central)| (middles, central)).unwrap_or_default();
-    // Left halves of the patches beside the middle come after all others.
+    // Mirror images of patches away from the middle plane come after all others.
     let mut mirrored = vec![usize::MAX; middles.len()];
     let mut next = middles.len();
     for (mirrored, central) in mirrored.iter_mut().zip(central) {
@@ -238,7 +238,7 @@ fn nearest(point: &Vector3<f64>, middles: &[Vector3<f64>]) -> usize {
     (0..middles.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
-/// Middles of `count` clusters, from points that lie far from each other.
+/// Centres of `count` clusters, started from points that are far from each other.
 fn k_means(points: &[usize], nodes: &[Vector3<f64>], weights: &[f64], count: usize) -> Vec<Vector3<f64>> {
     let mut middles = vec![nodes[points[0]]];
     while middles.len() < count {
@@ -264,7 +264,8 @@ fn k_means(points: &[usize], nodes: &[Vector3<f64>], weights: &[f64], count: usi
     middles
 }
 
-/// Loads of contacts in many poses, one a column, N, each of unit energy: the pressure of a press, its friction along x and y and of a spin.
+/// Loads of contacts in many poses, N, one per column, each of unit energy: the pressure of a press, and its friction along x, along y and
+/// under a spin.
 fn loads(patches: &[Patch], compliance: &DMatrix<f64>, outline: &Outline) -> DMatrix<f64> {
     let mut columns: Vec<DVector<f64>> = Vec::new();
     for pitch in PITCHES_DEG {
@@ -302,7 +303,7 @@ fn loads(patches: &[Patch], compliance: &DMatrix<f64>, outline: &Outline) -> DMa
     DMatrix::from_columns(&scaled.collect::<Vec<_>>())
 }
 
-/// Forces of a press without friction on patches that touch at their middles: Gauss-Seidel, N.
+/// Forces of a frictionless press on patches that touch at their middles, N, by Gauss-Seidel iterations.
 fn press(patches: &[Patch], compliance: &DMatrix<f64>, normal: &Vector3<f64>, height: f64) -> Vec<f64> {
     let count = patches.len();
     let along = DMatrix::from_fn(count, count, |a, b| {

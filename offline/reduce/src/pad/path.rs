@@ -8,21 +8,24 @@ use super::MOST_PATCHES;
 use crate::TrajectoryRow;
 use crate::trajectory::{PathError, Place, Position, along, check_drives};
 
-/// Rounds in which a step looks for the motion of a force, and how near it must come: of the largest force asked for, and N.
-const ROUNDS: usize = 25;
-const NEAR: [f64; 2] = [2e-4, 2e-5];
-/// Motion by which slopes of the force are taken, and the longest of a round, mm.
+/// Largest number of iterations of a step that is driven by force.
+const ITERATIONS: usize = 25;
+/// Tolerance of the force: share of the largest prescribed force, and N.
+const TOLERANCE: [f64; 2] = [2e-4, 2e-5];
+/// Step of the finite differences of the force, mm.
 const PROBE_MM: f64 = 2e-3;
+/// Longest motion of an iteration, mm.
 const LONGEST_MM: f64 = 0.2;
 
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
-/// * `body`: on a body other than a plane depth counts from where the plane through its apex would first touch
+/// * `body`: on a curved body the depth is that of the plane through its apex, from where this plane would first touch
 ///
-/// A force out of reach leaves the nearest state and its flag, a pose out of the range of the fit the state in the nearest pose.
+/// If a prescribed force cannot be reached, the row has the nearest state and a flag; if a pose is outside the range of the fit, the state
+/// in the nearest pose and a flag.
 ///
 /// # Errors
-/// [`PathError`] of slides that are driven in two ways, of moments, and of a row that no finger can follow.
+/// [`PathError`] for one slide driven by displacement and the other by force, for moments, and for a row that no finger can follow.
 pub fn simulate_path_on_pad(
     pad: &Pad<'_>,
     body: &impl Surface<f32>,
@@ -43,7 +46,7 @@ pub fn simulate_path_on_pad(
     let forced: Vec<usize> = (0..3).filter(|&k| path.drives[k] == Drive::Force).collect();
     Ok(along(path, neutral, &mut |Place { target, dt, .. }: Place, at: &mut Position| {
         let pose = [target[4] as f32, target[5] as f32];
-        // The way of a step in depth and slides; turns come with the first attempt at it.
+        // Tries a step to a depth and slides, with the rotations of this step, from a copy of the state.
         let go = |state: &PadState<MOST_PATCHES>, to: [f64; 3]| {
             let mut state = *state;
             let motion = Motion {
@@ -61,13 +64,13 @@ pub fn simulate_path_on_pad(
         } else {
             let mut best = go(&state, to);
             let wanted: Vec<f64> = forced.iter().map(|&k| target[k]).collect();
-            let near = wanted.iter().fold(0.0, |most: f64, f| most.max(f.abs())) * NEAR[0] + NEAR[1];
+            let tolerance = wanted.iter().fold(0.0, |most: f64, f| most.max(f.abs())) * TOLERANCE[0] + TOLERANCE[1];
             let missing =
                 |r: &Response| -> Vec<f64> { forced.iter().zip(&wanted).map(|(&k, w)| w - force(r, k)).collect() };
             let size = |m: &[f64]| m.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            for _ in 0..ROUNDS {
+            for _ in 0..ITERATIONS {
                 let missed = missing(&best.1);
-                if size(&missed) <= near {
+                if size(&missed) <= tolerance {
                     break;
                 }
                 let columns: Vec<Vec<f64>> = forced
@@ -81,9 +84,9 @@ pub fn simulate_path_on_pad(
                     .collect();
                 let count = forced.len();
                 let matrix = nalgebra::DMatrix::from_fn(count, count, |row, column| columns[column][row]);
-                let way = matrix.lu().solve(&nalgebra::DVector::from_vec(missed.clone()));
-                // In the air a finger goes deeper; in full slip there is no more force to be had along the slide.
-                let way = way.unwrap_or_else(|| {
+                let change = matrix.lu().solve(&nalgebra::DVector::from_vec(missed.clone()));
+                // A singular matrix: without contact the depth increases; in full slip a longer slide does not increase friction.
+                let change = change.unwrap_or_else(|| {
                     nalgebra::DVector::from_fn(
                         count,
                         |k, _| if forced[k] == 0 { 0.1 * missed[k].signum() } else { 0.0 },
@@ -93,12 +96,12 @@ pub fn simulate_path_on_pad(
                 let mut better = None;
                 while share > 0.02 && better.is_none() {
                     let mut next = to;
-                    for (way, &k) in way.iter().zip(&forced) {
-                        next[k] += (share * way).clamp(-LONGEST_MM, LONGEST_MM);
+                    for (change, &k) in change.iter().zip(&forced) {
+                        next[k] += (share * change).clamp(-LONGEST_MM, LONGEST_MM);
                     }
                     let tried = go(&state, next);
-                    let in_the_air = size(&missing(&tried.1)) == size(&missed) && tried.1.normal_force_n == 0.0;
-                    if size(&missing(&tried.1)) < size(&missed) || in_the_air {
+                    let no_contact = size(&missing(&tried.1)) == size(&missed) && tried.1.normal_force_n == 0.0;
+                    if size(&missing(&tried.1)) < size(&missed) || no_contact {
                         better = Some((next, tried));
                     }
                     share *= 0.4;
@@ -106,7 +109,7 @@ pub fn simulate_path_on_pad(
                 let Some((next, tried)) = better else { break };
                 (to, best) = (next, tried);
             }
-            if size(&missing(&best.1)) > near {
+            if size(&missing(&best.1)) > tolerance {
                 best.1.status = best.1.status.with(Status::LOAD_NOT_REACHED);
             }
             best
@@ -117,7 +120,7 @@ pub fn simulate_path_on_pad(
     }))
 }
 
-/// The force that a motion along depth, x or y changes most.
+/// Component of the force that belongs to depth, slide x or slide y.
 fn force(r: &Response, axis: usize) -> f64 {
     if axis == 0 { r.normal_force_n.into() } else { r.friction_n[axis - 1].into() }
 }

@@ -1,4 +1,4 @@
-//! A stored run's motion through a pad.
+//! Replay of a stored run's motion through a pad.
 
 use fingerpad::pad::{Body, PadState, Plane, Surface};
 use fingerpad::{Motion, Response};
@@ -20,9 +20,9 @@ fn place(sample: &Sample, neutral_pitch_deg: f64) -> [f64; 6] {
     [f64::from(sample.slide_mm[0]), f64::from(sample.slide_mm[1]), f64::from(sample.depth_mm), spin, pitch, roll]
 }
 
-/// Answers at every sample of a run; none for a body that a pad does not take.
+/// The pad's responses at all samples of a run; empty for a body that a pad does not support.
 ///
-/// * `outline`: undeformed surface of the finger, from which depth counts on a curved body
+/// * `outline`: undeformed surface of the finger, from which depth is measured on a curved body
 pub fn replay(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Response<f64>> {
     let Ok(rigid) = run.body.read() else { return Vec::new() };
     match body_of(&rigid, |x| x) {
@@ -32,13 +32,13 @@ pub fn replay(model: &PadModel, run: &Run, outline: &Outline) -> Vec<Response<f6
     }
 }
 
-/// Answers at every sample of a run on a plane.
+/// The pad's responses at all samples of a run on a plane.
 pub fn replay_on_plane(model: &PadModel, run: &Run) -> Vec<Response<f64>> {
     follow(model, run, &Plane, &|_| 0.0)
 }
 
-/// What the depth from first touch of a body in a pose (pitch against the neutral one and roll, degrees) lacks to that of the plane
-/// through its apex, mm.
+/// Returns a function of the pose (pitch and roll, degrees): the depth of the plane through the apex of a body minus the depth from first
+/// touch of the body, mm.
 fn on_body<'a>(model: &'a PadModel, run: &Run, outline: &Outline, body: &RigidBody) -> impl Fn([f64; 2]) -> f64 + 'a {
     let neutral = model.numbers.neutral_pitch_deg;
     let start = run.samples.first().map_or([0.0, 0.0, 0.0, 0.0, neutral, 0.0], |s| place(s, neutral));
@@ -61,6 +61,9 @@ fn on_body<'a>(model: &'a PadModel, run: &Run, outline: &Outline, body: &RigidBo
     }
 }
 
+/// Steps a pad along a run and returns the responses at its samples.
+///
+/// * `deeper_mm`: addition to the depth in a pose
 fn follow(
     model: &PadModel,
     run: &Run,
@@ -76,15 +79,15 @@ fn follow(
         PadState::over(&pad, [now[4], now[5]])
     };
     let Ok(mut state) = state else { return Vec::new() };
-    let mut answers = Vec::with_capacity(run.samples.len());
+    let mut responses = Vec::with_capacity(run.samples.len());
     for sample in &run.samples {
         let to = place(sample, neutral);
-        let way = |k: usize| to[k] - now[k];
-        let long = way(0).hypot(way(1)).max(way(2).abs()) / STEP_MM;
-        let turn = (3..6).map(|k| way(k).abs()).fold(0.0, f64::max) / STEP_DEG;
-        let steps = long.max(turn).ceil().max(1.0) as usize;
+        let change = |k: usize| to[k] - now[k];
+        let translation = change(0).hypot(change(1)).max(change(2).abs()) / STEP_MM;
+        let rotation = (3..6).map(|k| change(k).abs()).fold(0.0, f64::max) / STEP_DEG;
+        let steps = translation.max(rotation).ceil().max(1.0) as usize;
         let from = now;
-        let mut answer = Response::default();
+        let mut response = Response::default();
         for step in 1..=steps {
             let share = step as f64 / steps as f64;
             let next: [f64; 6] = std::array::from_fn(|k| from[k] + share * (to[k] - from[k]));
@@ -95,9 +98,9 @@ fn follow(
                 dt_s: 1e-3,
             };
             now = next;
-            answer = pad.step(&mut state, body, motion, [now[4], now[5]]);
+            response = pad.step(&mut state, body, motion, [now[4], now[5]]);
         }
-        answers.push(answer);
+        responses.push(response);
     }
-    answers
+    responses
 }

@@ -1,4 +1,4 @@
-//! How far a pad is from finite-element runs.
+//! Errors of a pad along finite-element runs.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,13 +13,13 @@ use crate::{Run, Sample};
 /// Errors, RMS over the rows of runs.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PadScores {
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
     /// Normal force over the run's largest.
     pub normal: f64,
     /// Friction over the run's largest friction.
     pub friction: f64,
-    /// Friction over the present limit.
+    /// Friction over the limit in the same row.
     pub friction_of_limit: f64,
     /// Stick ratio.
     pub stick: f64,
@@ -29,7 +29,7 @@ pub struct PadScores {
     pub moment: f64,
     /// Area over the run's largest.
     pub area: f64,
-    /// Share of the rows with the right regime, where the finite elements are not about to change theirs.
+    /// Share of the rows with the right regime. Rows whose finite-element stick ratio is near a threshold between regimes are left out.
     #[serde(default)]
     pub regime_right: f64,
     /// Share of the rows within the bands of the normal force and of each component of friction.
@@ -40,11 +40,11 @@ pub struct PadScores {
 /// Errors of deep contacts by depth, RMS.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DepthScores {
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
     /// Normal force over its own value.
     pub normal: f64,
-    /// Mean of the normal force's error over its own value, with its sign.
+    /// Mean of the signed error of the normal force over its value.
     pub normal_mean: f64,
     /// Friction over the run's largest.
     pub friction: f64,
@@ -76,7 +76,7 @@ pub fn score_depths(model: &PadModel, runs: &[&Run], outline: &Outline, [least, 
     }
 }
 
-/// Friction law by which the limit of a run without much friction (a press, a spin) is taken: factor and exponent.
+/// Friction law for the limit of a run with little friction (a press, a spin): factor, MPa^(1 − beta), and exponent beta.
 const PUBLISHED: [f64; 2] = [0.086, 0.46];
 
 /// Largest normal force, friction (at least half of the law's strength under an even pressure), area of a run.
@@ -95,7 +95,7 @@ pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
     let [x, y] = [0, 1].map(|k| a.friction_n[k] - f64::from(s.friction_n[k]));
     let normal = f64::from(s.normal_force_n);
     let moment = s.turned.map_or([0.0; 3], |t| t.moment_n_mm.map(f64::from));
-    let centre = |told: f64| if normal > 1e-6 { told / normal } else { 0.0 };
+    let centre = |moment: f64| if normal > 1e-6 { moment / normal } else { 0.0 };
     let centre_fe = [centre(-moment[1]), centre(moment[0])];
     [
         a.normal_force_n - normal,
@@ -109,7 +109,7 @@ pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
     ]
 }
 
-/// Turn from the neutral pose from which on a row counts as one in another pose, degrees.
+/// Angle from the neutral pose above which a row counts as one in another pose, degrees.
 pub(super) const ANGLE_DEG: f64 = 0.5;
 
 /// Scores over runs.

@@ -31,7 +31,7 @@ fn the_modes_hold_nearly_all_of_the_compliance_of_a_contact() {
         let motion = Motion { depth_mm: 0.05 * f64::from(k), dt_s: 1e-3, ..Motion::default() };
         last = pad.step(&mut state, &Plane, motion, [pad.numbers.neutral_pitch_deg, 0.0]);
     }
-    // The finite elements of this mesh have 0.28 N; nothing here was fitted to them.
+    // The finite elements with this mesh give 0.28 N; the pad here was not fitted to them.
     assert!((0.2..0.36).contains(&last.normal_force_n), "{}", last.normal_force_n);
     assert!(last.friction_n[1].abs() < 1e-6 * last.normal_force_n, "a press is symmetric: {last:?}");
 }
