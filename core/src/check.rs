@@ -1,4 +1,4 @@
-//! What a model's numbers must satisfy before a step may read them.
+//! Conditions that a model's numbers must satisfy before a step may read them.
 //!
 //! [`DataOf::check`] is run on parameters and on files alike. Uses model, table, error.
 
@@ -14,7 +14,7 @@ fn in_range<T: Scalar>(what: Field, index: usize, value: T, low: f32, high: f32)
     if value >= low && value <= high { Ok(()) } else { Err(Error::Range { what, index: index as u16, value }) }
 }
 
-/// Longest slide at which a spring may begin to slip, mm: a cut slide (64 mm) still leads beyond it at the largest strength.
+/// Longest slide at which a spring may start to slip, mm: a slide that is limited to 64 mm still exceeds it at the largest strength.
 const RADIUS_MAX_MM: f32 = 10.0;
 
 /// Strength factor up to which a model must keep its normal force positive, and with it its energy.
@@ -23,24 +23,24 @@ const STRENGTH: f32 = 2.0;
 impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// Refuses numbers with which a step could leave its range or a closed path could create energy.
     ///
-    /// # Why what passes here is passive
+    /// # Why a model that passes is passive
     ///
     /// The contact's energy is U = N0's integral over depth + kx Φ_x + ky Φ_y, Φ_x = Σ k_j φ(u_jx), Φ_y = Σ k_j u_jy²/2, φ the
-    /// integral of u − q u² convex within the limits, where |q u| < 0.4. N, F and M_z are its
-    /// derivatives over depth, slide and angle with the anchors held; the springs' places do not depend on depth. What is
-    /// left to show of a step, which goes depth and slide first, then slip:
+    /// integral of u − q u², which is convex within the limits, where |q u| < 0.4. N, F and M_z are its derivatives over depth, slide and
+    /// angle at fixed anchors; the positions of the springs do not depend on depth. A step first changes depth and slide, then lets springs
+    /// slip. It remains to show:
     ///
     /// * slip: anchors move along the friction (`slip_loses_energy` in `spring.rs`); a spring touches with u = 0 and leaves with
     ///   u = 0. Limits that shrink or shift with depth, strength or tuning only make springs slip.
     /// * a finite step takes the forces at its end. The work is then at least U's gain if U is convex along the step: over
     ///   depth alone N0' must outweigh C'' F + kx'' Φ_x + ky'' Φ_y, and over depth and slide together (kx')² Σ k u²/kx and
     ///   the same along y as well. `check_passive` requires it at both ends of every cell, for limits at the nominal strength.
-    /// * the normal force stays positive, up to twice the nominal strength: beyond, it may be held at 0.
+    /// * the normal force stays positive up to twice the nominal strength. Beyond that a step replaces a negative one by 0.
     /// * nodes: kx, ky and C are integrals of straight lines, so that N does not jump there.
     ///
-    /// A change of strength does no work but by q, which goes as one over it: kx Σ k_j u_jx³/3 times the fall of q, a rise at
-    /// the displacement before the change, a fall at the one that the smaller limit leaves. A change of tuning or stiffness at
-    /// a given displacement does the work of the new energy less the old one; who makes it pays.
+    /// A change of strength does work only through q, which is inversely proportional to the strength: kx Σ k_j u_jx³/3 times the decrease
+    /// of q. For an increase of strength it is evaluated at the displacement before the change, for a decrease at the displacement on the
+    /// smaller limit. A change of tuning or stiffness at a given displacement does the work of the new energy minus the old one.
     pub fn check(&self) -> Result<(), Error> {
         in_range(Field::DepthMax, 0, self.depth_max, 0.1, 20.0)?;
         let last = T::of((N - 1) as f32);

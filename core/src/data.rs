@@ -64,7 +64,7 @@ pub struct DataOf<const M: usize, const N: usize, T = f32> {
     /// Half-width of the normal force's band over that of the table, a parabola in the stick ratio: in full slip,
     /// and the factors of the ratio and of its square.
     pub band_normal: [T; 3],
-    /// Half-width of friction's band over the strength, likewise.
+    /// Half-width of the band of friction over the strength, in the same form.
     pub band_friction: [T; 3],
     /// Exponent of the local friction law, for retuning.
     pub pressure_exponent: T,

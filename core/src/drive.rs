@@ -5,7 +5,7 @@
 use crate::step::step;
 use crate::{ModelOf, Motion, Response, StateOf, Status};
 
-/// What is prescribed along the plane's normal.
+/// Prescribed quantity along the plane's normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -16,7 +16,7 @@ pub enum Normal {
     ForceN(f32),
 }
 
-/// What is prescribed in the plane.
+/// Prescribed quantity in the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -42,7 +42,7 @@ pub struct Drive {
     pub dt_s: f32,
 }
 
-/// What a driven step did.
+/// Result of a driven step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -53,28 +53,30 @@ pub struct Driven {
     pub motion: Motion,
 }
 
-/// Force error at which a driven step is content, share of the target.
+/// Tolerance of the force in a driven step, share of the target.
 const CONTENT: f32 = 4e-6;
 const ROUNDS: usize = 12;
-/// Forces beyond are out of reach like this one; their squares are numbers.
+/// Targets are limited to this force, which is out of reach, so that their squares are finite.
 const LARGEST_N: f32 = 1e6;
-/// Rounds in a row that do not halve the error after which the force counts as out of reach.
+/// Number of successive rounds without halving of the error after which the force counts as out of reach.
 const STALE: u32 = 5;
-/// Force error below which depth and slide go by Newton's method together. Farther off, where full slip comes between,
-/// each on its own gets there more often.
+/// Error of the force below which Newton's method changes depth and slide together. At larger errors, where full slip may intervene,
+/// separate changes converge more often.
 const NEAR: f32 = 0.1;
 
-/// The search for a normal force: over the force without shear, where it is nearly a straight line.
+/// The search for a normal force. Its variable is the normal force without shear, over which the normal force is almost linear.
 struct Search {
-    /// Forces without shear that were too little and too much.
+    /// Bounds of the force without shear: one too small, one too large.
     ends: [f32; 2],
-    /// The last one and what it lacked.
+    /// The last force without shear and its error, N.
     last: [f32; 2],
 }
 
 impl Search {
-    /// The force without shear to try after `plain`, which lacked `lack`: along the line through the last two, and
-    /// in the middle of the ends if that leads beyond them.
+    /// The next force without shear to try: by the secant through the last two, or the middle of the bounds if the secant leads beyond
+    /// them.
+    ///
+    /// * `plain`, `lack`: present force without shear and the missing normal force, N
     fn next(&mut self, plain: f32, lack: f32) -> f32 {
         self.ends[usize::from(lack < 0.0)] = plain;
         let slope = (self.last[1] - lack) / (plain - self.last[0]);
@@ -88,13 +90,13 @@ impl Search {
 impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// Advances a contact by one step driven by displacement or force in each direction.
     ///
-    /// Tries standing still first and stays there if the forces fit within 4e-6 of the target (or of the limit), so
-    /// that a held load does not creep. Otherwise at most 12 rounds, each one `step` on a copy: normal force alone by
-    /// the secant method, kept within bounds, over the force without shear; friction by Newton's method with the
-    /// gradient; both together by Newton's method once they are near. It gives up when five rounds in a row do not
-    /// halve the error. A force out of reach (a normal force above that of the largest depth, friction above the
-    /// limit) gives the nearest state that the rounds found and [`Status::LOAD_NOT_REACHED`]. A normal force of 0 or
-    /// less lifts off; NaN stands still.
+    /// The first attempt is no motion. It is accepted if the forces are within 4e-6 of the target (or of the limit), so that a constant load
+    /// does not creep. Otherwise at most 12 rounds follow, each with one `step` on a copy: normal force alone by a bounded secant method over
+    /// the force without shear; friction by Newton's method with the gradient; both together by Newton's method once the error is small. The
+    /// search ends when five successive rounds do not halve the error.
+    ///
+    /// For a force out of reach (a normal force above that of the largest depth, friction above the limit) the result is the nearest state of
+    /// the rounds, with [`Status::LOAD_NOT_REACHED`]. For a normal force of 0 or less the finger lifts off; for NaN it does not move.
     ///
     /// Mostly two or three rounds; 2400 to 6600 instructions when driven by normal force, more when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
@@ -166,7 +168,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
                 let together = want_normal.is_some() && halves && error < NEAR;
                 let (further, slide) = self.way_for(&trial, motion.slide_increment_mm, lack, deeper, together);
                 deeper = further;
-                // Only so far as the contact holds together: one slip length a round.
+                // At most one slip length per round.
                 let longest = response.friction_limit_n / self.stiffness_at(trial.depth);
                 for (slide, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
                     *slide += more.max(-longest).min(longest);
@@ -185,8 +187,8 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         Driven { response, motion }
     }
 
-    /// Change of depth and slide that change the forces (normal, x, y) by `lack`: Newton's step if they go `together`, else
-    /// the depth as given. A step that went too far is shortened, so that the gradient is that of going on as it `went`, mm.
+    /// Change of depth and slide that changes the forces (normal, x, y) by `lack`: Newton's step if `together`, else with the depth as given.
+    /// The gradient is that of a motion in the direction of the last one, `went`, mm, also where the step shortens that motion.
     fn way_for<const P: usize>(
         &self,
         state: &StateOf<M, P>,
@@ -200,7 +202,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
         let stiffness = self.stiffness_at(state.depth);
         let det = a * d - b * c;
-        // A contact in full slip has no stiffness left; then the sticking one's shows the way.
+        // A contact in full slip has no stiffness; its stiffness in stick then gives the direction.
         if !(det > 1e-3 * stiffness * stiffness) {
             return (deeper, [4.0 * lack[1] / stiffness, 4.0 * lack[2] / stiffness]);
         }
@@ -209,7 +211,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         if !together {
             return (deeper, alone);
         }
-        // Depth with friction held by the slide.
+        // Change of depth while the slide keeps friction constant.
         let [by_depth, by_x, by_y] = g.normal_n_mm;
         let back = slide(x_by_depth, y_by_depth);
         let stiffness = by_depth - by_x * back[0] - by_y * back[1];

@@ -1,4 +1,4 @@
-//! What can go wrong before a step: a file or parameters that are refused.
+//! Errors before a step: files and parameters that are refused.
 
 /// Why a model file, a set of parameters, an effect slot or a saved state was refused.
 #[non_exhaustive]
@@ -6,14 +6,14 @@
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
-    /// The bytes do not start like a model file.
+    /// The bytes do not start with the mark of a model file.
     Magic,
     /// The file's format version is not the one this library reads.
     Version {
         /// Version in the file.
         found: u32,
     },
-    /// The file is shorter or longer than it says, or a section reaches beyond it.
+    /// The length of the file differs from that in its header, or a section reaches beyond its end.
     Length {
         /// Length in bytes that was expected.
         expected: u32,
@@ -45,7 +45,7 @@ pub enum Error {
         /// The value.
         value: f32,
     },
-    /// A table falls where it must not.
+    /// A table decreases where it must not.
     NotMonotone {
         /// Name of the table.
         what: Field,
@@ -58,16 +58,16 @@ pub enum Error {
         what: Field,
         /// The cell of the table, counted from 0.
         index: u16,
-        /// How much is there of it.
+        /// Its value.
         value: f32,
-        /// How much could be.
+        /// Its largest allowed value.
         limit: f32,
     },
     /// A saved state belongs to another model file.
     OtherModel {
         /// Checksum of the numbers of the model that the state was saved with.
         found: u32,
-        /// That of the model at hand.
+        /// Checksum of the present model.
         expected: u32,
     },
     /// A buffer is too small.

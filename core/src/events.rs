@@ -97,14 +97,14 @@ pub struct Watch {
     finger: u8,
     /// The regime of the events reported so far.
     regime: Regime,
-    /// Looks in a row that saw something else.
+    /// Number of successive looks with another regime.
     seen: u8,
     tick: u32,
     lost: u32,
 }
 
 impl Watch {
-    /// A watch for one finger, which starts in the air.
+    /// A watch for one finger, which starts without contact.
     pub fn new(finger: u8) -> Self {
         Self { finger, ..Self::default() }
     }
@@ -124,8 +124,8 @@ impl Watch {
         self.lost
     }
 
-    /// Looks at one step's response and queues what changed: nothing, or up to three events (a finger that lands
-    /// slipping). Never waits. Ticks wrap after 2^32 steps.
+    /// Processes one step's response and queues the events: none, or up to three (a finger that touches and slips at once). Never waits.
+    /// Ticks wrap after 2^32 steps.
     pub fn look(&mut self, response: &Response, queue: &mut Producer<'_, Event>) {
         for event in self.see(response) {
             if queue.enqueue(event).is_err() {
@@ -134,7 +134,7 @@ impl Watch {
         }
     }
 
-    /// The same for a caller who needs no queue: the events of this look, in their order.
+    /// The same without a queue: returns the events of this look, in their order.
     pub fn see(&mut self, response: &Response) -> impl ExactSizeIterator<Item = Event> + use<> {
         let now = self.classify(response);
         let mut seen: &'static [Change] = &[];

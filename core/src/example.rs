@@ -1,7 +1,6 @@
-//! An example to try things with: **not a fitted finger**.
+//! Example parameters: **not a fitted finger**.
 //!
-//! The numbers follow power laws of the right size for the pad of an index finger, written by hand. Use a fitted
-//! model file for anything that matters.
+//! The numbers follow power laws of realistic size for the pad of an index finger, chosen by hand. Use a fitted model file for results.
 
 use crate::math::pow;
 use crate::params::{Node, Params, ParamsOf, SpringParams};

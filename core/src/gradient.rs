@@ -1,4 +1,4 @@
-//! How the forces would change with a further motion.
+//! Derivatives of the forces over a further motion.
 //!
 //! Main type: [`Gradient`]. Uses data, state.
 
@@ -7,7 +7,7 @@ use crate::plane::spring_positions;
 use crate::spring::{DIV_EPS, QuadraticStiffness, SLACK_MM, Sums};
 use crate::{ModelOf, StateOf};
 
-/// Derivatives of the forces for a motion that goes on in a given direction.
+/// Derivatives of the forces for a motion that continues in a given direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -18,11 +18,11 @@ pub struct Gradient<T = f32> {
     pub friction_n_mm: [[T; 3]; 2],
 }
 
-/// Share by which the square of a displacement may fall short of its limit's where the spring counts as on its limit.
+/// A spring counts as on its limit if the square of its displacement is at most this share below that of the limit.
 const ON_LIMIT: f32 = 1.0 / (1 << 13) as f32;
 
 impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
-    /// The gradient at `state` for a motion that goes on in `direction` (depth, slide x, slide y; any length).
+    /// The gradient at `state` for a motion that continues in `direction` (depth, slide x, slide y; any length).
     ///
     /// One-sided where the law has kinks: springs on their limit slip if `direction` loads them further. With a direction
     /// of zeros all springs stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.

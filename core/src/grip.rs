@@ -1,4 +1,4 @@
-//! The inverse that a grip controller needs: how hard to press so that a load does not slip.
+//! The inverse problem of a grip controller: the least normal force at which a load does not slip.
 //!
 //! Main type: [`Grip`]. Uses data, yield_surface.
 
@@ -16,7 +16,7 @@ pub struct Grip {
     /// Normal force there with the load applied, N.
     pub normal_force_n: f32,
     /// [`Status::LOAD_NOT_REACHED`] if even the largest depth does not hold the load, [`Status::BAD_INPUT`] if a
-    /// number was none.
+    /// number of the input is not finite.
     pub status: Status,
 }
 
@@ -63,7 +63,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     }
 
     /// The least depth and normal force at which friction of `load_n` leaves a slip margin of at least `margin`, even if the
-    /// finger holds less than the model says by the half-width of friction's 95 % band in full slip
+    /// limit of the finger is below that of the model by the half-width of friction's 95 % band in full slip
     /// ([`crate::build::ParamsOf::band_friction_slip`] times the friction limit). A step then shows a margin that is larger by about
     /// that share.
     ///
@@ -106,7 +106,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         at(high)
     }
 
-    /// Depth and normal force under friction `load_n` that came without turning back and uses `share` of the limit.
+    /// Depth and normal force under friction `load_n` that was applied without a reversal and uses `share` of the limit.
     fn grip_at(&self, depth: f32, load_n: [f32; 2], share: f32) -> Grip {
         let (row, t) = self.cell(depth);
         // Energy of the springs over what one that only sticks would hold: near full slip the first have slipped for long.

@@ -1,4 +1,4 @@
-//! The one file that names a mathematics library.
+//! Mathematical functions; the only file that uses a mathematics library.
 //!
 //! Every function of `f32` gives the same bits on host and target.
 
@@ -34,9 +34,9 @@ pub(crate) mod sealed {
     impl Sealed for f64 {}
 }
 
-/// The numbers that a step computes with: `f32` on the target, `f64` as its twin. Sealed.
+/// Scalar type of a step: `f32` on the target, `f64` as its twin. Sealed.
 ///
-/// One source serves both, so that the twin cannot drift away from what runs on the target.
+/// Both have the same source, so that the twin always computes the same as the target.
 pub trait Scalar:
     sealed::Sealed
     + Copy
@@ -57,15 +57,15 @@ pub trait Scalar:
     fn of(constant: f32) -> Self;
     /// Square root of a number that is not negative, correctly rounded.
     fn sqrt(self) -> Self;
-    /// Its absolute value.
+    /// Absolute value.
     fn magnitude(self) -> Self;
-    /// It, or 0 if it is negative.
+    /// The number, or 0 if it is negative.
     fn not_negative(self) -> Self;
     /// The nearest number of single precision.
     fn to_f32(self) -> f32;
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
     fn is_between(self, low: f32, high: f32) -> bool;
-    /// Whether one of two is 2 or more, −2 or less, or no number. In `f32` by one bit.
+    /// Whether one of two numbers has a magnitude of 2 or more or is not finite. In `f32` this tests one bit.
     fn needs_rebase(self, other: Self) -> bool;
     /// Its whole part as an index; 0 below 0, the largest index far above.
     fn index(self) -> usize;
@@ -74,7 +74,7 @@ pub trait Scalar:
     /// `yes` or `no`, without a branch where the machine can.
     fn select(condition: bool, yes: Self, no: Self) -> Self;
 
-    /// The lesser of two.
+    /// The smaller of two numbers.
     #[inline(always)]
     fn at_most(self, most: Self) -> Self {
         if self > most { most } else { self }
@@ -87,15 +87,15 @@ pub trait Scalar:
     }
 }
 
-/// Functions that a pad takes of single numbers. Sealed.
+/// Elementary functions of one number for the step of a pad. Sealed.
 pub trait Elementary: Scalar {
     /// Natural logarithm of a positive number.
     fn ln(self) -> Self;
-    /// e to the power of it.
+    /// Exponential function.
     fn exp(self) -> Self;
     /// Sine and cosine of an angle within ±4 rad. In `f32` within 1e-7.
     fn sin_cos(self) -> (Self, Self);
-    /// Pi, to the precision.
+    /// Pi, rounded to the precision of the type.
     fn half_turn() -> Self;
 }
 
@@ -257,8 +257,8 @@ pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
 
 /// A real number in one of two precisions, so that the formula of an effect is written once.
 ///
-/// A trait and not a macro: formulas are checked where they stand, a file of an effect can lie in any crate, and a
-/// program for a microcontroller holds the copies for `f32` alone. `f32` has the functions of libm, the same bits on host
+/// This is a trait and not a macro, so that formulas are type-checked in place, the file of an effect can be in any crate, and a program
+/// for a microcontroller contains only the copies for `f32`. `f32` has the functions of libm, the same bits on host
 /// and target; `f64` those of the standard library with feature `std`, else those of libm, which differ in the last bit.
 pub trait Real:
     Copy
@@ -291,7 +291,7 @@ pub trait Real:
     /// 1e3.
     fn powf(self, exponent: Self) -> Self;
 
-    /// It, or `least` if it is less or not a number.
+    /// The number, or `least` if it is less or NaN.
     #[inline(always)]
     fn at_least(self, least: Self) -> Self {
         if self > least { self } else { least }

@@ -1,4 +1,4 @@
-//! The model file: checked once, then used where it lies.
+//! The model file: checked once, then used in place.
 //!
 //! The layout is described in `core/docs/fpm-format.md` with test vectors. Uses model, check, error.
 
@@ -21,7 +21,7 @@ const TABLES: [u8; 4] = *b"TABL";
 /// Sections of a file without tables and columns; either is one more.
 const SECTIONS: usize = 3;
 
-/// All that a model file holds, read in place.
+/// Contents of a model file, read in place.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FileOf<'a, const M: usize, const N: usize> {
@@ -31,9 +31,9 @@ pub struct FileOf<'a, const M: usize, const N: usize> {
     pub effects: &'a [EffectSlot],
     /// Tables that some of them read, see [`crate::effects::tables`]; none in most files.
     pub tables: &'a [f32],
-    /// Columns of the user's own that the tables read, in the order of [`crate::Surroundings::own`].
+    /// User-defined columns that the tables read, in the order of [`crate::Surroundings::own`].
     pub columns: &'a [TableColumn],
-    /// Where it comes from: JSON with ranges, settings' hash and versions.
+    /// Provenance: JSON with ranges, hash of the settings, and versions.
     pub meta: &'a str,
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     crc32_on(0, bytes)
 }
 
-/// The same going on from the checksum of what came before.
+/// The same, continued from the checksum of the preceding bytes.
 fn crc32_on(before: u32, bytes: &[u8]) -> u32 {
     const TABLE: [u32; 16] = {
         let mut table = [0; 16];
@@ -80,7 +80,7 @@ fn too_short(bytes: &[u8], expected: usize) -> Error {
     Error::Length { expected: expected as u32, found: bytes.len() as u32 }
 }
 
-/// Refuses bytes that cannot be used where they lie.
+/// Refuses bytes that cannot be used in place.
 pub(crate) fn check_start(bytes: &[u8]) -> Result<(), Error> {
     const { assert!(cfg!(target_endian = "little"), "model files are little-endian") };
     if bytes.as_ptr().align_offset(4) != 0 {
@@ -126,7 +126,7 @@ pub(crate) fn section(bytes: &[u8], id: [u8; 4]) -> Result<&[u8], Error> {
 }
 
 impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
-    /// Checks a model file and uses it where it lies: nothing is copied.
+    /// Checks a model file and uses it in place, without a copy.
     ///
     /// The bytes must start at an address divisible by 4, see [`crate::include_fpm`]. Costs about 20 instructions
     /// per byte, once.

@@ -36,7 +36,7 @@ impl ModelFile {
     /// Takes a model file's bytes.
     ///
     /// # Errors
-    /// What [`crate::FileOf::from_bytes`] says of them.
+    /// As [`crate::FileOf::from_bytes`].
     pub fn new(bytes: &[u8]) -> Result<Self, Error> {
         let words = Words::new(bytes);
         File::from_bytes(words.bytes())?;
@@ -62,7 +62,7 @@ impl PadModelFile {
     /// Takes a model file's bytes.
     ///
     /// # Errors
-    /// What [`PadFile::from_bytes`] says of them.
+    /// As [`PadFile::from_bytes`].
     pub fn new(bytes: &[u8]) -> Result<Self, Error> {
         let words = Words::new(bytes);
         PadFile::from_bytes(words.bytes())?;

@@ -19,10 +19,9 @@ pub type Params = ParamsOf<SPRINGS, NODES>;
 pub struct SpringParams<T = f32> {
     /// Its share of the tangential stiffness; all together are 1.
     pub stiffness_share: T,
-    /// How its slipping share of the area grows with the way since the last turn, 0 (as the square) to 1 (as the fourth
-    /// power).
+    /// Growth of its slipping share of the area with the slip path since the last reversal: 0 (square) to 1 (fourth power).
     pub sharpness: T,
-    /// For spin it is a pair; place of the pair's middle along x from the point under first touch, mm.
+    /// With spin a spring is a pair: position of its centre along x from the point under first touch, mm.
     pub centre_mm: T,
     /// From the pair's middle to one of the two, mm.
     pub arm_mm: [T; 2],
@@ -50,13 +49,13 @@ pub struct Node<const M: usize = SPRINGS, T = f32> {
     pub tilt_x: T,
     /// Slide along x that a depth increment amounts to, mm/mm, −1 to 1.
     pub press_coupling: T,
-    /// Share of the contact area that each spring stands for; normalised.
+    /// Share of the contact area that each spring represents; normalised.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub area_share: [T; M],
     /// Centre of pressure along x without shear, mm from the point under first touch.
     pub pressure_centre_mm: T,
-    /// Moment about the normal that the contact holds in spin alone over that of all springs on their limit, 0.5 to 1: the
-    /// finger slips as a whole where springs near the middle, whose arms are short, still stick.
+    /// Limit of the moment under spin alone over that of all springs on their limit, 0.5 to 1. It is below 1 because the finger is in full
+    /// slip before springs near the middle, whose arms are short, reach their limit.
     pub spin_limit_share: T,
     /// Half-width of the 95 % band of the normal force while everything sticks, N.
     pub band_normal_n: T,
@@ -112,7 +111,7 @@ pub struct ParamsOf<const M: usize, const N: usize, T = f32> {
     pub slip_lead: [T; 2],
     /// Half-width of the 95 % band of the normal force at a stick ratio of 0.5 over that in full stick, 0 to 20.
     pub band_normal_middle: T,
-    /// The same in full slip; a parabola through the three goes between them and must stay positive.
+    /// The same in full slip. The parabola through the three values interpolates between them and must be positive.
     pub band_normal_slip: T,
     /// Half-width of the 95 % band of each friction component in full stick, share of the friction limit, 0 to 10.
     pub band_friction_stick: T,
@@ -126,11 +125,11 @@ pub struct ParamsOf<const M: usize, const N: usize, T = f32> {
     pub pose_deg: [T; 2],
 }
 
-/// Height of the tables at depth 0, where force, area and strength vanish, over that at the first node.
-/// Keeps every quotient a number.
+/// Values of the tables at depth 0, where force, area and strength vanish, over those at the first node. They are above 0, so that all
+/// quotients are finite.
 const FLOOR: f32 = 1e-6;
 
-/// What follows from the parameters at one node.
+/// Quantities at one node that follow from the parameters.
 #[derive(Clone, Copy)]
 struct Limits<T> {
     limit: T,
@@ -141,19 +140,19 @@ struct Limits<T> {
 }
 
 impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
-    /// Refuses what is not finite, out of range, not monotone or not passive.
+    /// Refuses parameters that are not finite, out of range, not monotone or not passive.
     pub fn validate(&self) -> Result<(), Error> {
         self.try_build().map(|_| ())
     }
 
-    /// The numbers as a step reads them.
+    /// The numbers in the form that a step reads, checked.
     pub fn try_build(&self) -> Result<DataOf<M, N, T>, Error> {
         let data = self.build_unchecked();
         data.check()?;
         Ok(data)
     }
 
-    /// The numbers as a step reads them, unchecked: for fits, whose steps may pass through what a model may not be.
+    /// The same without the check, for fits: their intermediate parameters may be invalid.
     pub fn build_unchecked(&self) -> DataOf<M, N, T> {
         const { assert!(M >= 1 && M <= 64 && N >= 3 && N <= 1024) };
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -188,7 +187,7 @@ impl<const M: usize, const N: usize, T: Scalar> ParamsOf<M, N, T> {
         }
         let node = |index: usize| -> Node<M, T> {
             let touching = |mut node: Node<M, T>| {
-                // A spring that does not touch stands for no area.
+                // A spring that does not touch represents no area.
                 for (share, yield_slide) in node.area_share.iter_mut().zip(&node.yield_slide_mm) {
                     *share = if *yield_slide > zero { *share } else { zero };
                 }

@@ -1,10 +1,10 @@
-//! The words that host and target share for what a contact does.
+//! Regimes and status flags of a contact, shared by host and target.
 
 use core::fmt::Write;
 
 use bytemuck::CheckedBitPattern;
 
-/// What the contact as a whole is doing.
+/// Regime of the contact as a whole.
 ///
 /// The spellings of [`Regime::as_str`] are those of every CSV column and JSON key of the project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, CheckedBitPattern)]
@@ -82,29 +82,29 @@ bitflags::bitflags! {
         const BAD_INPUT = 1 << 1;
         /// The time step was not a positive number.
         const BAD_TIME_STEP = 1 << 2;
-        /// Deeper than the model was fitted; the answer is that of the largest depth.
+        /// Depth above the range of the fit; the response is that of the largest depth.
         const DEPTH_ABOVE_RANGE = 1 << 3;
         /// The slide of one step exceeded 64 mm and was cut to that.
         const LARGE_INCREMENT = 1 << 4;
-        /// A force-driven step could not reach the force asked for.
+        /// A force-driven step could not reach the prescribed force.
         const LOAD_NOT_REACHED = 1 << 5;
-        /// The motion spins and the contact's memory does not know spin; the step was taken without it.
+        /// The motion has a spin, but the state of the contact is one without spin; the step was made without it.
         const SPIN_IGNORED = 1 << 6;
         /// The contact's memory was inconsistent (a number that is not finite or out of its range) and was reset; the response is that
-        /// of a finger in the air, and the next step begins a fresh contact.
+        /// of a finger without contact, and the next step starts a new contact.
         const MEMORY_LOST = 1 << 7;
-        /// An effect led beyond its range and was held there: a pull beyond the normal force, a force that is not a number.
+        /// A value of an effect was outside its range and was limited or left out: adhesion above the normal force, a force that is not finite.
         const EFFECT_HELD = 1 << 8;
-        /// A pose beyond those that the model was fitted in; the answer is that of the nearest of them.
+        /// A pose outside the range of the fit; the response is that of the nearest pose within it.
         const POSE_OUT_OF_RANGE = 1 << 9;
-        /// A pad did not come to equilibrium within the rounds that a step has: a step too large, a body too sharp. The answer is of the
-        /// last round, and the next step goes on from there.
+        /// A pad did not reach equilibrium within the iterations of a step: the step is too large or the body too sharp. The response is
+        /// that of the best iteration, and the next step continues from it.
         const NOT_CONVERGED = 1 << 10;
     }
 }
 
 impl Status {
-    /// Nothing to remark.
+    /// No flag.
     pub const OK: Self = Self(0);
 
     /// Both sets of flags together.

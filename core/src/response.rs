@@ -1,10 +1,10 @@
-//! What goes into a step and what comes out of it.
+//! Input and output of a step.
 //!
 //! Main types: [`Motion`], [`Response`]. Uses regime.
 
 use crate::{Regime, Status};
 
-/// What the plane does in one step.
+/// Motion of the plane in one step.
 ///
 /// The slide is an increment because an absolute one would lose microns in 32 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Motion<T = f32> {
     pub dt_s: T,
 }
 
-/// Forces that the plane exerts on the finger, and how far the contact is from slipping.
+/// Forces that the plane exerts on the finger, and the margin to full slip.
 ///
 /// Outside this crate it is made from [`Response::default`], whose fields can be set.
 #[non_exhaustive]
@@ -53,14 +53,14 @@ pub struct Response<T = f32> {
     pub band_normal_n: T,
     /// Half-width of the 95 % band of each friction component, N.
     pub band_friction_n: T,
-    /// What the contact as a whole does.
+    /// Regime of the contact as a whole.
     pub regime: Regime,
-    /// Remarks.
+    /// Flags that qualify the response.
     pub status: Status,
 }
 
 impl Response {
-    /// What a finger in the air gives.
+    /// The response without contact.
     pub const IN_THE_AIR: Self = Self {
         normal_force_n: 0.0,
         friction_n: [0.0; 2],

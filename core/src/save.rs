@@ -11,8 +11,8 @@ use crate::{Error, State, StateOf};
 
 /// Version of the layout of a saved state.
 const VERSION: u32 = 7;
-/// Largest number of a state: a place that stays behind a slide without end, mm. The origin moves on by some mm at a time, which is
-/// less than the rounding of a place that far away.
+/// Largest magnitude of a number of a state: a position after an endless slide, mm. There the rounding of a position exceeds the few mm by
+/// which the origin moves at a time.
 const REACH: f32 = 1e9;
 /// Words beside the anchors: version, model, position, angle, three places of the way, two limits, depth,
 /// strength factor, checksum.
@@ -44,7 +44,7 @@ pub(crate) fn write_words(
     Ok(length)
 }
 
-/// The words of what [`write_words`] wrote with the same version and model.
+/// The words that [`write_words`] wrote with the same version and model.
 pub(crate) fn read_words(
     [version, model]: [u32; 2],
     length: usize,
@@ -93,8 +93,8 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         anchors.chain(places).chain(way).chain(last)
     }
 
-    /// A state from what [`StateOf::write_bytes`] wrote with the same model. Refuses damage, another version, another
-    /// model's state and values that no step leaves behind.
+    /// The state that [`StateOf::write_bytes`] wrote with the same model. Refuses damage, another version, another model's state and values
+    /// that no step produces.
     pub fn read_bytes(model: u32, bytes: &[u8]) -> Result<Self, Error> {
         let mut words = read_words([VERSION, model], state_bytes(M, P), bytes)?;
         let mut state = Self::default();
@@ -104,7 +104,7 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         state.check()
     }
 
-    /// The state itself if a step could have left it behind.
+    /// The state itself if a step can produce it.
     pub(crate) fn check(self) -> Result<Self, Error> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
         for (i, x) in self.numbers().enumerate() {
@@ -355,7 +355,7 @@ mod tests {
         overwritten_memory_is_answered::<2>();
     }
 
-    /// What a step would not survive is refused: a strength factor that none can set.
+    /// A strength factor outside its range is refused.
     #[test]
     fn an_inconsistent_state_is_refused() {
         let data = shipped();

@@ -1,4 +1,4 @@
-//! What a model file holds beside the numbers of the model: slots of effects, and the tables and columns that they read.
+//! Optional sections of a model file: slots of effects, and the tables and columns that they read.
 //!
 //! Main types: [`EffectSlot`], [`TableColumn`], [`Tables`]. Uses error.
 
@@ -12,7 +12,7 @@ pub(crate) const COLUMNS: [u8; 4] = *b"COLS";
 
 /// A slot for an effect beyond the plain model: which law, and its parameters.
 ///
-/// The core carries the slots; whoever computes a strength factor from speed, dwell or moisture reads them.
+/// The plain step does not read the slots; [`crate::Effects`] does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -42,7 +42,7 @@ impl EffectSlot {
     }
 }
 
-/// A column of the user's own (a voltage, a humidity) that tables of a model file read from
+/// A user-defined column (a voltage, a humidity) that tables of a model file read from
 /// [`crate::Surroundings::own`], in the order of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -88,7 +88,7 @@ impl TableColumn {
         text(&self.unit)
     }
 
-    /// Name and unit as they stand in the file: UTF-8, zeros behind it, at least one.
+    /// Name and unit in the form of the file: UTF-8, padded with at least one zero byte.
     pub fn bytes(&self) -> (&[u8; 32], &[u8; 16]) {
         (&self.name, &self.unit)
     }
@@ -123,11 +123,11 @@ fn text(bytes: &[u8]) -> &str {
     bytes.get(..end).and_then(|head| core::str::from_utf8(head).ok()).unwrap_or("")
 }
 
-/// What tables of a model file need beside their slots; [`Default`] is none.
+/// Numbers and columns of the tables of a model file; [`Default`] has none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tables<'a> {
     /// The numbers, see [`crate::effects::tables`].
     pub numbers: &'a [f32],
-    /// Columns of the user's own that they read, at most [`crate::effects::OWN`].
+    /// User-defined columns that they read, at most [`crate::effects::OWN`].
     pub columns: &'a [TableColumn],
 }

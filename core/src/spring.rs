@@ -44,7 +44,7 @@ pub(crate) struct Sums<T> {
 impl<T: Scalar> Sums<T> {
     #[inline(always)]
     pub(crate) fn new() -> Self {
-        // Adding to −0 is nothing, to 0 an instruction.
+        // The compiler removes an addition to −0 but not one to 0.
         Self { x: [T::of(-0.0); 3], y: [T::of(-0.0); 2] }
     }
 
@@ -117,10 +117,10 @@ impl<T: Scalar> Limit<T> {
         YieldCheck { w, over: ux * ux + w * w - radius * most }
     }
 
-    /// A displacement beyond its limit, returned onto it by slip along the friction, which loses energy; and what it is along y
+    /// A displacement beyond its limit, returned onto it by slip along the friction, which dissipates energy; and its component along y
     /// times the anisotropy.
     ///
-    /// The overshoot o = v² − R² (1 + alpha²), v counted from the middle of the limit, goes back along (u_x, r u_y) by
+    /// The overshoot o = v² − R² (1 + alpha²), v from the centre of the limit, is returned along (u_x, r u_y) by
     /// lambda = o/(o + 2 (u_x v_x + r b u_y v_y)): Newton's step for a small overshoot, the whole way to the middle for a large
     /// one. Then `v` is scaled to the radius. The slack decides whether a spring slips and is part of the overshoot: if scaling removed
     /// it, slow slip would turn friction towards the middle of the limit.
@@ -146,8 +146,8 @@ impl<T: Scalar> Limit<T> {
 mod tests {
     use super::*;
 
-    /// Slip goes along the friction that is left, whatever the stiffness ratio, strength ratio, tilt, odd term, direction
-    /// and overshoot: it never gives energy. What was returned does not slip again.
+    /// Slip is along the remaining friction for any stiffness ratio, strength ratio, tilt, odd term, direction and overshoot, so that it never
+    /// yields energy. A returned displacement does not slip again.
     #[test]
     fn slip_loses_energy() {
         for ratio in [0.25f64, 0.4, 0.6, 1.0, 1.6, 4.0] {

@@ -13,7 +13,7 @@ pub type SpinState = StateOf<SPRINGS, 2>;
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
-/// The memory of a contact. `Default` is a finger in the air.
+/// The state of a contact. `Default` is a finger without contact.
 ///
 /// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
 /// or use [`StateOf::write_bytes`].
@@ -24,7 +24,7 @@ pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
     pub(crate) anchor: [[[T; 2]; P]; M],
     /// Slide of the plane since an origin of the state's own choice, mm, as a compensated sum: high and low part.
     pub(crate) position: [[T; 2]; 2],
-    /// Angle of the plane likewise, rad; 0 without spin.
+    /// Angle of the plane in the same form, rad; 0 without spin.
     pub(crate) angle: [T; 2],
     /// Slide and angle at the last reversal.
     pub(crate) turn: [T; 3],
@@ -82,10 +82,10 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
         self.strength_factor.is_between(least, most)
     }
 
-    /// Sets the factor by which all strengths are multiplied from the next step on: the product of what moisture,
-    /// speed, dwell or another finger make of the friction. Springs keep their force while it fits.
+    /// Sets the factor of all strengths from the next step on: the product of the influences of moisture, speed, dwell or another finger on
+    /// friction. Springs keep their force as long as it is within the new limit.
     ///
-    /// Range 0.1 to 5; anything else is moved to the nearer end and NaN changes nothing. Returns the factor in use.
+    /// Range 0.1 to 5; a value outside is replaced by the nearer end, and NaN changes nothing. Returns the factor in use.
     pub fn set_strength_factor(&mut self, factor: T) -> T {
         if factor.partial_cmp(&factor).is_some() {
             let [least, most] = STRENGTH_FACTOR.map(T::of);

@@ -217,7 +217,7 @@ fn lift_off<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P,
     *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
 }
 
-/// Resets an inconsistent state, including a strength factor that is out of range. Returns the response of a finger in the air.
+/// Resets an inconsistent state, including a strength factor that is out of range. Returns the response without contact.
 #[cold]
 #[inline(never)]
 fn memory_lost<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, status: Status) -> Response<T> {

@@ -331,8 +331,8 @@ mod tests {
         }
     }
 
-    /// What stuck when the contact grew while it slid slips as the contact shrinks, all of it once friction is at its limit and
-    /// over several steps of 5 µm; nothing waits until the limit is what it was before the growth.
+    /// A contact grows while it slides, then shrinks. The parts that stuck during the growth slip over several steps of 5 µm, all of them once
+    /// friction is at its limit, and before the limit has returned to its value before the growth.
     #[test]
     fn a_contact_that_shrinks_slips_where_friction_meets_its_limit() {
         let mut state = State::default();
@@ -348,7 +348,7 @@ mod tests {
         assert!(last < 1e-3, "{last}");
     }
 
-    /// Lifted while it is moved back a contact goes on slipping at its rim; moved back at its depth it sticks.
+    /// A contact that is lifted while it moves back continues to slip at its rim; one that moves back at constant depth sticks.
     #[test]
     fn a_contact_that_is_lifted_as_it_turns_slips_on() {
         let mut state = State::default();

@@ -1,6 +1,6 @@
 //! Curves between equidistant depths, read in place from flash.
 //!
-//! A row holds what every quantity needs over one cell: value and change of a straight line, one more number for a
+//! A row contains the coefficients of every quantity over one cell: value and change of a straight line, one more number for a
 //! parabola. Beyond the last node the last value holds. Uses math.
 
 use bytemuck::{Pod, Zeroable};
@@ -117,7 +117,7 @@ pub struct Row<const M: usize, T = f32> {
     /// Elastic displacement at which each spring slips along y times the anisotropy, mm; 0 where it does not touch.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub radius: [Line<T>; M],
-    /// Share of the contact area that each spring stands for.
+    /// Share of the contact area that each spring represents.
     #[cfg_attr(feature = "serde", serde(with = "crate::array"))]
     pub area_share: [Line<T>; M],
 }

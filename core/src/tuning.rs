@@ -119,7 +119,7 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         Ok(Self { data: self.data, units: Units::new(&tuning, self.data.pressure_exponent)? })
     }
 
-    /// The same finger with the tissue's stiffness times `factor`, which is held within [`STIFFNESS_FACTOR`].
+    /// The same finger with the tissue's stiffness times `factor`, which is clamped to [`STIFFNESS_FACTOR`].
     pub(crate) fn stiffened(&self, factor: T) -> Self {
         let [least, most] = [*STIFFNESS_FACTOR.start(), *STIFFNESS_FACTOR.end()].map(T::of);
         let factor = if factor < least { least } else { factor.at_most(most) };

@@ -1,4 +1,4 @@
-//! The normal equations of a round over the blocks, and what a residual weighs in them.
+//! The normal equations of a round over the blocks, and the weights of the residuals.
 //!
 //! Main types: [`Round`], [`Scatter`]. Uses math.
 
@@ -6,10 +6,10 @@ use super::UNKNOWNS;
 use super::readings::Reading;
 use crate::math::{Scalar, sqrt};
 
-/// Residuals beyond so many of their standard deviations weigh less (Huber 1964, Ann. Math. Statist. 35:73).
+/// Residuals beyond this number of standard deviations have a reduced weight (Huber 1964, Ann. Math. Statist. 35:73).
 const SURPRISE: f32 = 3.0;
 
-/// How far the readings of one kind lie from the estimate, shares.
+/// Variance of the readings of one kind about the estimate, relative values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scatter {
     /// Variance, and the part of it that changes from block to block, as of the last round.
@@ -25,8 +25,10 @@ pub(super) struct Scatter {
 impl Scatter {
     pub(super) const UNKNOWN: Self = Self { all: 0.01, white: 1e-4, last: 0.0, squares: 0.0, steps: 0.0, number: 0.0 };
 
-    /// Counts a residual; returns what it weighs, if its error from the model's side has the variance `model` and `blocks` share
-    /// it.
+    /// Records a residual and returns its weight.
+    ///
+    /// * `model`: variance of the error of the model
+    /// * `blocks`: number of blocks with the same error of the model
     pub(super) fn weigh(&mut self, residual: f32, model: f32, blocks: f32) -> f32 {
         let most = SURPRISE * sqrt(self.all.magnitude());
         let held = residual.max(-most).min(most);
@@ -39,7 +41,7 @@ impl Scatter {
 
     pub(super) fn end_round(&mut self) {
         if self.number > 0.0 {
-            // Least difference that the readings resolve, shares squared.
+            // Square of the least relative difference that the readings resolve.
             let least = 1e-6;
             self.all = (self.squares / self.number).max(least);
             self.white = (self.steps / self.number).max(least).at_most(self.all);

@@ -1,17 +1,17 @@
-//! Calibration on the device: which finger is this, from a few presses and a slide with measured forces.
+//! Calibration on the device: size, stiffness, lambda and depth offset of a finger from a few presses and a slide with measured forces.
 //!
-//! Main types: [`Calibration`] (fed at step rate), [`Measured`], [`Calibrated`], [`NotCalibrated`]. Uses the step and the rules
+//! Main types: [`Calibration`] (called at step rate), [`Measured`], [`Calibrated`], [`NotCalibrated`]. Uses the step and the rules
 //! of retuning.
 //!
-//! Readings are averaged into blocks while the plane moves by [`BLOCK_MM`]. Five contacts then go over the blocks again and again,
-//! one block a step: one of the finger as estimated so far, and one more for each unknown with that one changed a little. Their
-//! differences are the derivatives of the forces over the unknowns, through stick, slip and turns alike; at the end of each round
-//! stands one step of the method of Gauss and Newton with what is known of fingers beforehand. So every step costs the same, and
-//! nothing that was learnt with a bad estimate stays.
+//! Readings are averaged into blocks while the plane moves by [`BLOCK_MM`]. Five contacts (twins) repeatedly follow all blocks, one
+//! block per step: one with the present estimate, and one for each unknown with a small change of it. Their differences are the
+//! derivatives of the forces over the unknowns, in stick, in slip and after turns. Each round over the blocks ends with one Gauss-Newton
+//! step, which includes a prior for the unknowns. Every step therefore has the same cost, and a round depends on the blocks and the
+//! last estimate only.
 //!
-//! What makes an unknown visible: the normal force the stiffness, its growth with depth the zero of the depth, friction while
-//! the contact sticks beside the normal force the size (tangential stiffness goes as e size, normal force as e size²), friction
-//! in full slip lambda.
+//! Each unknown follows from other readings: the stiffness from the normal force; the zero of the depth from the growth of the normal
+//! force with depth; the size from friction in stick together with the normal force (tangential stiffness is proportional to e size,
+//! normal force to e size²); lambda from friction in full slip.
 
 mod estimate;
 mod outcome;
@@ -28,30 +28,30 @@ use crate::{ModelOf, Motion, Response, StateOf, Tuning, step};
 
 /// Unknowns: size, stiffness, lambda, zero of the depth.
 const UNKNOWNS: usize = 4;
-/// The unknown that is a length, and the length in which it is counted, mm. The others are counted as logarithms.
+/// Index of the unknown that is a length, and its unit, mm. The other unknowns are logarithms.
 const OFFSET: usize = 3;
 const OFFSET_UNIT_MM: f32 = 0.1;
 /// Change of an unknown in its twin.
 const SHIFT: f32 = 0.02;
-/// Blocks that are kept unless said otherwise.
+/// Default number of blocks.
 pub const BLOCKS: usize = 160;
-/// Way of depth or slide over which readings are averaged at first, mm. It doubles, and every second block goes, when there is no
-/// more room.
+/// Initial travel of a block, depth and slide, over which readings are averaged, mm. When all blocks are in use, the travel doubles and
+/// pairs of blocks are joined.
 pub const BLOCK_MM: f32 = 0.02;
-/// Way over which the model's own error stays the same: blocks within it count as one, mm.
+/// Travel over which the error of the model is fully correlated, mm: blocks within it share one weight.
 const CORRELATED_MM: f32 = 0.3;
-/// Blocks from which on there is something to estimate.
+/// Least number of blocks for an estimate.
 const BLOCKS_LEAST: usize = 8;
 /// Largest change of an unknown in one round, and the share of its standard error below which it has settled.
 const CHANGE_MAX: f32 = 0.3;
 const SETTLED: f32 = 0.2;
-/// Slip margin below which the contact counts as slipping, and the slide that it has to go so, mm.
+/// Slip margin below which the contact counts as slipping, and the necessary slide in this state, mm.
 const SLIPS: f32 = 0.05;
 const SLIPPED_MM: f32 = 0.2;
-/// The deepest depth has to be so many times the shallowest.
+/// Least quotient of the largest and the smallest depth of the presses.
 const DEPTHS: f32 = 1.5;
 
-/// A finger that goes over the blocks.
+/// A finger that follows the blocks.
 #[derive(Clone, Copy, Debug)]
 struct Twin<'a, const M: usize, const N: usize> {
     model: ModelOf<'a, M, N>,
@@ -61,9 +61,9 @@ struct Twin<'a, const M: usize, const N: usize> {
 
 /// Finds size, stiffness, lambda and the zero of the depth of a finger while it presses and slides. No allocation, no panic.
 ///
-/// Press from the air to a shallow and to a deep depth, then to one between and slide until the friction stays, and back: the
-/// guide, `docs/my-firmware.md`, has the depths. Spikes of single readings are left out, readings and motions that are no number as
-/// well; noise is averaged. The finger may be far from the model's: by 3 in stiffness and lambda at least.
+/// Press from the air to a small and to a large depth, then to one between, slide until friction is constant, and slide back;
+/// `docs/my-firmware.md` has the depths. Single spikes of the readings and values that are not finite are left out; noise is averaged. The
+/// finger may differ from the model's by a factor of 3 in stiffness and lambda at least.
 ///
 /// It keeps `B` blocks of 24 bytes. A step costs about five steps of a retuned model (`cargo xtask thumb count`).
 ///
@@ -93,7 +93,7 @@ pub struct Calibration<'a, const M: usize, const N: usize, const B: usize = BLOC
     /// Logarithms of the factors on size, stiffness and lambda; zero of the depth in [`OFFSET_UNIT_MM`].
     estimate: Vector,
     covariance: Matrix,
-    /// Whether the last round changed little, its slide in full slip, mm, and the blocks that it saw.
+    /// Of the last round: whether the estimate changed little, the slide in full slip, mm, and the number of blocks.
     settled: bool,
     slipped_mm: f32,
     seen: usize,
@@ -103,7 +103,7 @@ pub struct Calibration<'a, const M: usize, const N: usize, const B: usize = BLOC
 const RANGES: [[f32; 2]; UNKNOWNS] = [[0.5, 2.0], [0.2, 5.0], [0.1, 10.0], [-0.5, 0.5]];
 
 impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B> {
-    /// A calibration that begins with the model's own finger, in the air.
+    /// A calibration that starts with the model's own finger, without contact.
     pub fn new(model: &ModelOf<'a, M, N>, settings: Settings) -> Self {
         let twin = Twin { model: *model, depth_offset_mm: 0.0, state: StateOf::default() };
         let mut this = Self {
@@ -125,8 +125,10 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         this
     }
 
-    /// Takes in one step, the motion with the depth as the device has it and the forces measured at its end, and works on one
-    /// block. Values that are not numbers are left out.
+    /// Records one step and processes one block. Values that are not finite are left out.
+    ///
+    /// * `motion`: motion of the step, with the depth as the device measures it
+    /// * `measured`: forces at its end
     pub fn step(&mut self, motion: Motion, measured: Measured) {
         self.record(motion, measured);
         self.work();
@@ -156,14 +158,14 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         }
     }
 
-    /// Keeps a block; without room two each become one.
+    /// Stores a block; if there is no room, pairs of blocks are joined first.
     fn keep(&mut self, block: Reading) {
         if self.blocks.is_full() {
             self.merge();
             self.block_mm *= 2.0;
             self.begin_round();
         }
-        // Full of presses alone: there is no room left to learn anything.
+        // All blocks are ends of presses and cannot be joined: the new block is discarded.
         let _ = self.blocks.push(block);
     }
 
@@ -182,8 +184,8 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         self.blocks = merged;
     }
 
-    /// Goes over one block; at the end of a round improves the estimate. For idle time as well: a round takes as many calls as there
-    /// are blocks, an estimate some ten rounds.
+    /// Processes one block, and updates the estimate at the end of a round. May also be called in idle time: a round takes one call per
+    /// block, and an estimate some ten rounds.
     pub fn work(&mut self) {
         if let Some(block) = self.blocks.get(self.round.next).copied() {
             self.go_over(block);
@@ -201,7 +203,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         }
     }
 
-    /// All twins step to a block; its residuals go into the normal equations.
+    /// Steps all twins to a block and adds its residuals to the normal equations.
     fn go_over(&mut self, block: Reading) {
         let [from, to] = [self.round.last.slide_mm, block.slide_mm];
         self.round.last = block;
@@ -216,7 +218,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         });
         let [expected, ..] = responses;
         let ends = responses.map(|r| [r.normal_force_n, r.friction_n[0], r.friction_n[1]]);
-        // On the way of the block, from its begin to its end: friction as a line, the normal force as the square of one.
+        // Means over the block, from its start to its end: friction is linear, the root of the normal force is linear.
         let mut means = ends;
         for (mean, begin) in means.iter_mut().zip(self.round.forces) {
             let root = sqrt((mean[0] * begin[0]).magnitude());
@@ -236,8 +238,8 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         self.compare_friction(&block, &means, &expected, alike);
     }
 
-    /// The residual is that of the logarithm, 2 (m − p)/(m + p) in place of ln(m/p): the unknowns are factors, so that even one of
-    /// five is found in a few rounds.
+    /// The residual is 2 (m − p)/(m + p) in place of ln(m/p). Since the unknowns are factors, the iteration converges in a few rounds even
+    /// for a factor of five.
     fn compare_normal(&mut self, block: &Reading, forces: &[[f32; 3]; UNKNOWNS + 1], band_n: f32, alike: f32) {
         let [[expected, ..], others @ ..] = *forces;
         let per_force = 1.0 / expected;
@@ -251,7 +253,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         self.round.add(&slopes, residual, weight);
     }
 
-    /// The residual along the friction expected, over the limit: near full slip that of the logarithm, as above.
+    /// The residual along the expected friction, over the limit; near full slip that of the logarithm, as above.
     fn compare_friction(
         &mut self,
         block: &Reading,
@@ -275,14 +277,14 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         self.round.add(&slopes, residual, weight);
     }
 
-    /// The end of a round: a step of Gauss and Newton, held to a length, with what is known beforehand.
+    /// The end of a round: a Gauss-Newton step of limited length, with the prior.
     fn improve(&mut self) {
         let Settings { size, stiffness, lambda, depth_offset_mm, .. } = self.settings;
         let beforehand = [size, stiffness, lambda, depth_offset_mm / OFFSET_UNIT_MM];
         let (mut information, mut pull) = (self.round.information, self.round.pull);
         let diagonal = information.iter_mut().enumerate().filter_map(|(i, row)| row.get_mut(i));
         for (((cell, pull), error), value) in diagonal.zip(&mut pull).zip(beforehand).zip(self.estimate) {
-            // An unknown that is known beforehand stays.
+            // An unknown with a standard deviation of 0 in the prior keeps its value.
             let certainty = 1.0 / (error * error + 1e-10);
             *cell += certainty;
             *pull -= certainty * value;
@@ -302,7 +304,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         self.retune();
     }
 
-    /// Brings the twins to the estimate.
+    /// Sets the twins to the estimate.
     fn retune(&mut self) {
         for (i, twin) in self.twins.iter_mut().enumerate() {
             let mut at = self.estimate;
@@ -318,7 +320,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         }
     }
 
-    /// The finger as estimated so far, whether or not the motions sufficed.
+    /// The present estimate of the finger, also if the motions did not suffice.
     pub fn so_far(&self) -> Calibrated {
         let (tuning, depth_offset_mm) = finger(self.estimate);
         let [size, stiffness, lambda, offset] = self.standard_errors();
@@ -339,7 +341,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         errors
     }
 
-    /// The finger, or what is missing: a motion, work, or a model that can be tuned to it.
+    /// The finger, or the reason why there is no result yet: a missing motion, missing rounds, or a finger out of range.
     pub fn result(&self) -> Result<Calibrated, NotCalibrated> {
         self.motions_suffice()?;
         if !self.settled || self.seen < self.blocks.len() {
@@ -396,7 +398,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     }
 }
 
-/// What the unknowns say: the tuning, held within its range, and the zero of the depth, mm.
+/// The tuning of the unknowns, clamped to its range, and the zero of the depth, mm.
 fn finger(estimate: Vector) -> (Tuning, f32) {
     let [s, e, l, offset] = estimate;
     let [[size, _], [stiffness, _], [lambda, _], [zero, _]] = RANGES;

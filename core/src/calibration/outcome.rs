@@ -5,7 +5,7 @@
 use super::{SLIPPED_MM, UNKNOWNS};
 use crate::Tuning;
 
-/// How well the finger is known beforehand, and the resolution of the readings.
+/// Prior of the finger, errors of the readings, and the required accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -16,20 +16,20 @@ pub struct Settings {
     pub stiffness: f32,
     /// That of lambda, share.
     pub lambda: f32,
-    /// That of the depth at which the finger touches, mm; 0 if the zero of the depth is known. Otherwise three presses are asked
-    /// for instead of two.
+    /// That of the depth at which the finger touches, mm; 0 if the zero of the depth is known. Otherwise three presses are required
+    /// instead of two.
     pub depth_offset_mm: f32,
-    /// Error of the force readings that no averaging takes away, N.
+    /// Systematic error of the force readings, N.
     pub force_error_n: f32,
     /// That of the depth readings, mm.
     pub depth_error_mm: f32,
-    /// Largest standard error, share, with which [`super::Calibration::result`] is content.
+    /// Largest standard error, share, with which [`super::Calibration::result`] returns a result.
     pub wanted: f32,
 }
 
 impl Default for Settings {
-    /// Size within 25 %, stiffness and lambda within a factor of two, touch within 0.1 mm; errors of 2 mN and 5 µm; content with
-    /// 15 %.
+    /// Size within 25 %, stiffness and lambda within a factor of two, touch within 0.1 mm; errors of 2 mN and 5 µm; results with standard
+    /// errors up to 15 %.
     fn default() -> Self {
         Self {
             size: 0.25,
@@ -54,7 +54,7 @@ pub struct Measured {
     pub friction_n: [f32; 2],
 }
 
-/// What is to be found.
+/// An unknown of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -73,17 +73,17 @@ pub enum Unknown {
 pub(super) const NAMES: [Unknown; UNKNOWNS] =
     [Unknown::Size, Unknown::Stiffness, Unknown::Lambda, Unknown::DepthOffset];
 
-/// A finger found.
+/// Result of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Calibrated {
     /// For [`crate::ModelOf::tuned`].
     pub tuning: Tuning,
-    /// To be added to the depths as given, mm: negative if the finger touches later than they say.
+    /// Correction to add to the measured depths, mm: negative if the finger touches at a positive measured depth.
     pub depth_offset_mm: f32,
-    /// Standard errors of size, stiffness and lambda, shares of them. Size and stiffness err against each other; the forces are
-    /// known better than either.
+    /// Relative standard errors of size, stiffness and lambda. The errors of size and stiffness are correlated; the forces are more accurate
+    /// than either.
     pub tuning_error: [f32; 3],
     /// Standard error of the depth offset, mm.
     pub depth_offset_error_mm: f32,
@@ -117,7 +117,7 @@ pub enum NotCalibrated {
         /// Slide in full slip, mm.
         slipped_mm: f32,
     },
-    /// The estimate still changes: go on with [`super::Calibration::step`] or [`super::Calibration::work`].
+    /// The estimate still changes: continue with [`super::Calibration::step`] or [`super::Calibration::work`].
     Unsettled,
     /// An unknown at the end of its range: not a finger like the model's, or forces in other units.
     OutOfRange {
@@ -126,7 +126,7 @@ pub enum NotCalibrated {
         /// Its value: a factor, or mm.
         value: f32,
     },
-    /// An unknown is not known well enough.
+    /// The standard error of an unknown is too large.
     Uncertain {
         /// Which.
         what: Unknown,

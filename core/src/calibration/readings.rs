@@ -1,15 +1,15 @@
-//! Readings on their way into blocks.
+//! Averaging of readings to blocks.
 //!
 //! Main types: [`Reading`], [`Gathering`]. Uses math.
 
 use crate::math::sqrt;
 
-/// Readings after which a block takes no more: the plane rests.
+/// Largest number of readings of a block; it is reached while the plane rests.
 const READINGS_MAX: f32 = 4096.0;
-/// Depth at which a finger is in the air whatever the zero, mm.
+/// Depth at which a finger has no contact for any zero of the depth, mm.
 const AIR_MM: f32 = -1.0;
 
-/// Where the plane was, and what was measured there. Of a block, where it ended, and the mean of what was measured on its way.
+/// Position of the plane and measured forces. For a block, the position of its end and the mean of the forces along its travel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reading {
     pub(super) depth_mm: f32,
@@ -26,7 +26,7 @@ impl Reading {
         self.depth_mm <= AIR_MM
     }
 
-    /// The way from another place, mm: depth, slide.
+    /// Motion from another position, mm: depth, slide.
     pub(super) fn way_from(&self, other: &Self) -> [f32; 3] {
         let [x, y] = [self.slide_mm[0] - other.slide_mm[0], self.slide_mm[1] - other.slide_mm[1]];
         [self.depth_mm - other.depth_mm, x, y]
@@ -38,7 +38,7 @@ impl Reading {
         x * x + y * y + deeper * deeper
     }
 
-    /// This block and the next in one, if neither is the air and the plane goes straight on in between.
+    /// This block and the next joined, if both are in contact and the plane does not turn between them.
     pub(super) fn with(&self, before: &Self, next: &Self) -> Option<Self> {
         let (came, goes) = (self.way_from(before), next.way_from(self));
         let ahead: f32 = came.iter().zip(goes).map(|(a, b)| a * b).sum();
@@ -50,12 +50,12 @@ impl Reading {
     }
 }
 
-/// Readings on their way into a block.
+/// Readings of the block under construction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gathering {
     /// The last two readings.
     pub(super) last: [Reading; 2],
-    /// How many there are since touch; counts to 2.
+    /// Number of readings since touch; at most 2.
     pub(super) seen: u8,
     /// Slide since touch, mm.
     pub(super) slide_mm: [f32; 2],
@@ -63,13 +63,13 @@ pub(super) struct Gathering {
     pub(super) first: Reading,
     pub(super) sum: Reading,
     pub(super) readings: f32,
-    /// The farthest way from the first, squared, mm², and the block up to there.
+    /// Largest squared distance from the first reading, mm², and the block up to there.
     pub(super) farthest: f32,
     pub(super) block: Reading,
 }
 
 impl Gathering {
-    /// Takes a reading; gives a block if the plane has moved by `way_mm` since its first, or has turned back by half of it.
+    /// Adds a reading. Returns a block if the plane has moved by `way_mm` since its first reading, or has turned back by half of it.
     pub(super) fn take(&mut self, reading: Reading, way_mm: f32) -> Option<Reading> {
         let [before, last] = self.last;
         self.last = [last, reading];
@@ -78,7 +78,7 @@ impl Gathering {
             self.first = reading;
             return None;
         }
-        // The median of three takes single spikes away; the place is that of the middle reading.
+        // The median of three removes single spikes; the position is that of the middle reading.
         let median = |a: f32, b: f32, c: f32| a.max(b).min(c.max(a.min(b)));
         let normal_n = median(before.normal_n, last.normal_n, reading.normal_n);
         let friction_n = [0, 1].map(|i| median(before.friction_n[i], last.friction_n[i], reading.friction_n[i]));

@@ -1,8 +1,7 @@
-//! What a refitted baseline has beyond the tables of a model file: strength over direction, and normal force that comes
-//! with friction.
+//! Additional terms of a refitted baseline: strength over direction, and normal force due to friction.
 //!
-//! These are no effects but freedoms of the fit; they lie in effect slots of their own numbers and are evaluated with the
-//! effects.
+//! They are no effects but further parameters of the fit. They are stored in effect slots with numbers of their own and are evaluated with
+//! the effects.
 
 use super::{Conditions, VALUES};
 use crate::math::Real;
@@ -12,7 +11,7 @@ use crate::math::Real;
 /// direction of motion.
 pub const DIRECTION: u32 = 32;
 
-/// Number of the slot of normal force that comes with friction F; floats p, q, r, s_x, s_y, 0 of
+/// Number of the slot of normal force due to friction F; floats p, q, r, s_x, s_y, 0 of
 /// normal × (1 + s_x m_x² + s_y m_y²) + (p + q depth) F_x + r F_y, m = F over the strength.
 pub const SHEAR: u32 = 33;
 
@@ -31,7 +30,7 @@ pub(super) fn direction(&[a, b, c, d, e, _]: &[f32; VALUES], at: &Conditions<f32
     factor
 }
 
-/// Normal force, N, of one without friction's share.
+/// Normal force, N, from the normal force without the term due to friction.
 ///
 /// * `friction_n`: friction, N
 /// * `limit_n`: strength along x, N; nothing is changed where it is 0

@@ -1,14 +1,14 @@
-//! What effects do to the model: factors on strength and stiffness, a depth, forces beside it; none adds a free function
+//! Changes of the model by effects: factors on strength and stiffness, a depth offset, additional forces. No effect adds a free function
 //! to a force.
 
 use crate::math::Real;
 
-/// Every factor is held at or above this.
+/// Lower bound of every factor.
 pub const LEAST_FACTOR: f64 = 0.1;
 /// Contact area at which adhesion and drag are given, mm².
 pub const REFERENCE_AREA_MM2: f64 = 63.5;
 
-/// What the effects in force do to the model at one instant. `Default` changes nothing.
+/// Changes of the model by all active effects at one instant. `Default` changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -49,19 +49,18 @@ impl<T: Real> Change<T> {
         (self.strength, self.stiffness)
     }
 
-    /// Whether it acts on the readings beside the model.
+    /// Whether it changes the sensor's readings only.
     pub fn reads(&self) -> bool {
         let forces = [self.cross[0], self.cross[1], self.drag_n, self.adhesion_n];
         self.reading_n.iter().chain(&forces).any(|f| *f != T::ZERO)
     }
 
-    /// Multiplies the strength by a factor, held at [`LEAST_FACTOR`] or above; NaN, from a driver that is not known,
-    /// counts as 1.
+    /// Multiplies the strength by a factor, at least [`LEAST_FACTOR`]. NaN, from an unknown driver, counts as 1.
     pub fn strengthen(&mut self, factor: T) {
         self.strength *= held(factor);
     }
 
-    /// Multiplies the stiffness by a factor; the same.
+    /// Multiplies the stiffness by a factor, with the same rules.
     pub fn stiffen(&mut self, factor: T) {
         self.stiffness *= held(factor);
     }

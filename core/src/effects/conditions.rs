@@ -1,6 +1,6 @@
-//! What the formula of an effect may read.
+//! Conditions that the formula of an effect may read.
 
-/// Columns of the user's own that laws can read at once.
+/// Largest number of user-defined columns of a model file.
 pub const OWN: usize = 4;
 
 /// State of contact and skin at one instant, in the precision of the formula.
@@ -34,6 +34,6 @@ pub struct Conditions<T> {
     pub temperature_c: T,
     /// Width of the finger, mm.
     pub width_mm: T,
-    /// Columns of the user's own, in the order and the units of the file that has their laws.
+    /// User-defined columns, in the order and the units of the file that has their laws.
     pub own: [T; OWN],
 }

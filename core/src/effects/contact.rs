@@ -1,4 +1,4 @@
-//! The memory of a contact with effects: the plain state, clocks and paths.
+//! The state of a contact with effects: the plain state, clocks and paths.
 
 use super::{Conditions, Surroundings};
 use crate::math::{add, sqrt};
@@ -7,8 +7,7 @@ use crate::{Motion, StateOf};
 /// Shorter motions are none, mm.
 const LEAST_MM: f32 = 1e-6;
 
-/// A sum that small increments still move when it is large: a number and what it lacks. One number of 32 bits would stand still
-/// from 2048 s on at 10 kHz.
+/// A compensated sum: high and low part. A clock in one 32-bit float would not advance beyond 2048 s at 10 kHz.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -26,8 +25,7 @@ impl Sum {
     }
 }
 
-/// A contact with its effects: the plain state and the clocks that the laws read. Clocks and paths do not stall: they are sums
-/// of two numbers.
+/// A contact with its effects: the plain state, and the clocks and paths that the laws read, which are compensated sums.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -58,13 +56,13 @@ impl<const M: usize, const P: usize> Default for Contact<M, P> {
 }
 
 impl<const M: usize, const P: usize> Contact<M, P> {
-    /// Counts times and paths up to the end of a motion, and returns the conditions that the laws read.
+    /// Advances times and paths to the end of a motion, and returns the conditions that the laws read.
     pub(super) fn advance(&mut self, surroundings: &Surroundings, motion: &Motion) -> Conditions<f32> {
         let speed_mm_s = self.count(surroundings.speed_mm_s, motion);
         self.conditions(surroundings, motion.depth_mm, speed_mm_s)
     }
 
-    /// What laws may read as the contact stands.
+    /// The present conditions, which laws read.
     pub(super) fn conditions(&self, surroundings: &Surroundings, depth_mm: f32, speed_mm_s: f32) -> Conditions<f32> {
         let [cos, sin] = self.along;
         Conditions {
@@ -85,7 +83,7 @@ impl<const M: usize, const P: usize> Contact<M, P> {
         }
     }
 
-    /// Counts times and paths up to the end of a motion; returns the speed of the plane, mm/s, 0 where it does not slide.
+    /// Advances times and paths to the end of a motion; returns the speed of the plane, mm/s, 0 without a slide.
     fn count(&mut self, nominal_mm_s: Option<f32>, motion: &Motion) -> f32 {
         let [x, y] = motion.slide_increment_mm;
         let moved = sqrt(x * x + y * y);
@@ -115,7 +113,7 @@ impl<const M: usize, const P: usize> Contact<M, P> {
         0.0
     }
 
-    /// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
+    /// Records a rest of the finger without contact: the time of occlusion restarts at zero.
     pub(super) fn rested(&mut self) {
         self.occlusion_s = Sum::default();
     }
@@ -125,7 +123,7 @@ impl<const M: usize, const P: usize> Contact<M, P> {
 mod tests {
     use super::*;
 
-    /// At 10 kHz a clock in one number of 32 bits stands still at 2048 s; a path in steps of 10 nm does at 0.25 mm.
+    /// At 10 kHz a clock in one 32-bit float stops at 2048 s, and a path in steps of 10 nm at 0.25 mm.
     #[test]
     fn clocks_and_paths_do_not_stall() {
         let mut contact = Contact::<1>::default();

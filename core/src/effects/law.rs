@@ -1,4 +1,4 @@
-//! The description of an effect and what an effect's file provides.
+//! The description of an effect, and the interface of an effect's file.
 //!
 //! Main types: [`Effect`] (a file's formula with its [`Law`]), [`Law`] (name, parameters, source, drivers). Uses
 //! conditions, change, math.
@@ -6,23 +6,23 @@
 use super::{Change, Conditions};
 use crate::math::{Real, double};
 
-/// Numbers of a slot in a model file, and so the most parameters that an effect can have.
+/// Numbers of a slot in a model file: the largest number of parameters of an effect.
 pub const VALUES: usize = 6;
 
-/// An effect: a formula that changes the model, and what is known of it.
+/// An effect: a formula that changes the model, and its description.
 pub trait Effect {
-    /// What is known of it.
+    /// Its description.
     const LAW: Law;
 
     /// The formula, written once for both precisions.
     ///
     /// * `values`: parameters as they are fitted and as a slot holds them, in the order of [`Law::parameters`]; 0 beyond
     /// * `at`: state of contact and skin
-    /// * `change`: what the effects before it do to the model; this one comes on top
+    /// * `change`: changes by the effects before it, to which this one adds
     fn act<T: Real>(values: &[T; VALUES], at: &Conditions<T>, change: &mut Change<T>);
 }
 
-/// What is known of an effect.
+/// Description of an effect.
 pub struct Law {
     /// Its name in reports and model files.
     pub name: &'static str,
@@ -42,18 +42,18 @@ pub struct Law {
     pub drivers: &'static [Column],
     /// Axes of a protocol along which it changes the readings.
     pub axes: &'static [Axis],
-    /// Names of laws that look alike on a poor protocol.
+    /// Names of laws that a poor protocol cannot distinguish from it.
     pub confused_with: &'static [&'static str],
     /// Where the sizes come from.
     pub source: &'static str,
     /// Starting values of the shape parameters; one empty set where there are none.
     pub shapes: &'static [&'static [f64]],
-    /// [`Effect::act`] in double precision, for whoever has the law and not the type; [`Law::apply`] calls it. A host program
-    /// may have made it from a formula that it read.
+    /// [`Effect::act`] in double precision, for callers that have the law and not the type; [`Law::apply`] calls it. A host program may
+    /// compile it from a formula in a file.
     pub act: &'static Act,
 }
 
-/// A law in double precision: sizes and shape parameters, conditions, and what it changes.
+/// Function of a law in double precision: sizes and shape parameters, conditions, and the change that it writes.
 pub type Act = dyn Fn(&[f64; VALUES], &Conditions<f64>, &mut Change<f64>) + Sync;
 
 /// A parameter of a law.
@@ -68,10 +68,10 @@ pub struct Parameter {
     pub low: f64,
     /// Largest value.
     pub high: f64,
-    /// Size to be expected, from the law's source.
+    /// Expected size, from the law's source.
     pub typical: f64,
-    /// Whether it divides, as a time or a length of decay does: a slot with any other value than a positive one is
-    /// refused, and the parameter is fitted as its logarithm.
+    /// Whether it is a divisor, such as a time or a length of decay. A slot then needs a positive value, and the fit varies the logarithm of
+    /// the parameter.
     pub positive: bool,
 }
 
@@ -149,7 +149,7 @@ pub enum Column {
     Width,
     /// Path of the plate since touch.
     Slide,
-    /// A column of the user's own, which laws read from [`Conditions::own`].
+    /// A user-defined column, which laws read from [`Conditions::own`].
     #[cfg_attr(feature = "serde", serde(skip))]
     Own {
         /// Place in [`Conditions::own`].

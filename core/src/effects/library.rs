@@ -1,11 +1,11 @@
-//! Lists of effects, and how a list answers for the slots of a model file.
+//! Lists of effects, and the rules of a list for the slots of a model file.
 //!
 //! Main types: [`Library`] (a list), `Standard` (the list of this crate, made by `effects!` in `mod.rs`).
 
 use super::{Change, Conditions, Effect, Law, Place, VALUES};
 use crate::math::Real;
 
-/// What a slot of a model file must hold.
+/// Rules for a slot of a model file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlotRules {
@@ -27,7 +27,7 @@ impl SlotRules {
     }
 }
 
-/// A list of effects, chosen when compiling: what is not in the list is not linked.
+/// A list of effects, chosen at compile time: effects that are not in the list are not linked.
 ///
 /// An [`Effect`] is a library of one, a pair is the library of both. `(Standard, Mine)` has one effect more than this
 /// crate; `(StaticPeak, Adhesion)` has two.
@@ -92,7 +92,7 @@ macro_rules! effects {
             }
         }
 
-        /// What is known of the effects of this crate, in the order of the list.
+        /// Descriptions of the effects of this crate, in the order of the list.
         pub static LAWS: &[&Law] = &[$(&$module::$effect::LAW),*];
     };
 }

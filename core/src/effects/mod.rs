@@ -1,7 +1,7 @@
 //! The effects beyond the plain model, one a file: the one library that the core's step with effects, the diagnosis and the
 //! confirmation by finite elements share.
 //!
-//! A file has an effect's formula, its parameters with ranges, its source, what drives it and what it is confused with
+//! A file has an effect's formula, its parameters with ranges, its source, its drivers and the laws that it may be confused with
 //! ([`Effect`], [`Law`]). The formula reads [`Conditions`] and writes a [`Change`], and is generic over the precision:
 //! `f32` on a microcontroller, `f64` in the diagnosis ([`Real`] explains why this is a trait and no macro). [`LAWS`]
 //! describes all effects; [`Effects`] runs those whose slots a model file has, with the clocks of [`Contact`] and the

@@ -21,7 +21,7 @@ const PER_AREA: f32 = 1.0 / REFERENCE_AREA_MM2 as f32;
 /// Largest force of an effect, N.
 const LARGEST_N: f32 = 1e3;
 
-/// A force of an effect, or `otherwise` and a flag where it is not a number or larger than any finger's.
+/// A force of an effect, or `otherwise` and a flag where it is not finite or is larger than any force of a finger.
 fn held(force: f32, otherwise: f32, status: &mut Status) -> f32 {
     if force.abs() <= LARGEST_N {
         return force;
@@ -37,7 +37,7 @@ pub struct Effects<'a, L = Standard> {
     library: PhantomData<L>,
 }
 
-// Written out, since derived ones would ask the same of the library, which is a name only.
+// Written out, because derived implementations would require the same traits of the library, which is a marker type.
 impl<L> Copy for Effects<'_, L> {}
 impl<L> Clone for Effects<'_, L> {
     fn clone(&self) -> Self {
@@ -67,7 +67,7 @@ impl<'a> Effects<'a> {
         Self::with_tables(file.effects, file.tables)
     }
 
-    /// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
+    /// Records a rest of the finger without contact: the time of occlusion restarts at zero.
     pub fn rested<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
         contact.rested();
     }
@@ -88,7 +88,7 @@ impl<'a, L: Library> Effects<'a, L> {
     ///
     /// # Errors
     /// [`Error::Section`] for a law that the library does not have and for a table that is not whole, [`Error::Range`]
-    /// for a value beyond 1e6, a scale that is not positive and a node of a table beyond the range of what it changes.
+    /// for a value beyond 1e6, a scale that is not positive and a node of a table beyond the range of its target.
     pub fn with_tables(slots: &'a [EffectSlot], tables: &'a [f32]) -> Result<Self, Error> {
         for (i, slot) in slots.iter().enumerate() {
             slot.check(i)?;
@@ -111,17 +111,17 @@ impl<'a, L: Library> Effects<'a, L> {
 
     /// Advances a contact by one step with the effects. Cannot fail, panic or allocate, whatever the input.
     ///
-    /// Strength laws multiply the strength factor of `contact.state`, stiffness laws the stiffness of the model as it is
-    /// tuned, the depth offset is added where there is contact and read by the laws after it, adhesion is taken off the
-    /// normal force, drag added along the motion. Every law's factor is held at 0.1 or above. Bad surroundings (NaN) leave the law out. The laws of the sensor are not in
-    /// the response, which is the force on the finger; see [`Effects::reading`].
+    /// Strength laws multiply the strength factor of `contact.state`, and stiffness laws the stiffness of the tuned model. The depth offset
+    /// is added in contact, and later laws read the sum. Adhesion is subtracted from the normal force, and drag is added along the motion.
+    /// The factor of every law is at least 0.1. A law that reads NaN from the surroundings is left out. The response is the force on the
+    /// finger, without the laws of the sensor; see [`Effects::reading`].
     ///
-    /// Drag raises the friction limit by its size, and the slip margin is then the same reserve in newtons over that larger
-    /// limit. Adhesion leaves friction and its limit as they are.
+    /// Drag raises the friction limit by its magnitude; the slip margin is then the same reserve in newtons over that larger limit. Adhesion
+    /// does not change friction and its limit.
     ///
-    /// What leads beyond its range is held there and flagged by [`Status::EFFECT_HELD`]: a strength factor beyond 0.1 to 5 or
-    /// a stiffness factor beyond 0.2 to 5, both with the caller's; a normal force below 0; a force that is not a number or beyond
-    /// 1000 N, which is left out; a table beyond the range of its driver, and one without it, which is left out.
+    /// [`Status::EFFECT_HELD`] flags values that are limited to their range: a strength factor outside 0.1 to 5 or a stiffness factor outside
+    /// 0.2 to 5, both including the caller's; a normal force below 0; a table outside the range of its driver. It also flags values that are
+    /// left out: a force that is not finite or above 1000 N, and a table without its driver.
     pub fn step<const M: usize, const N: usize, const P: usize>(
         &self,
         model: &ModelOf<'_, M, N>,
@@ -173,7 +173,7 @@ impl<'a, L: Library> Effects<'a, L> {
                 response.status = response.status.with(Status::EFFECT_HELD);
             }
             response.normal_force_n = normal.not_negative();
-            // Drag comes on top of what friction can bear, whatever its direction.
+            // Drag is added to the friction limit, whatever its direction.
             response.friction_n = [fx + drag * cos, fy + drag * sin];
             let limit = response.friction_limit_n;
             response.friction_limit_n = limit + drag.abs();
@@ -184,14 +184,14 @@ impl<'a, L: Library> Effects<'a, L> {
         response
     }
 
-    /// What a sensor with the file's tare and cross-talk reads of a response: normal, x, y, N; in the air too. Tables of the
-    /// sensor are read under no conditions; see [`Effects::reading_under`].
+    /// The reading of a sensor with the file's tare and cross-talk for a response: normal, x, y, N; also without contact. Tables of the sensor
+    /// are read at default conditions; see [`Effects::reading_under`].
     pub fn reading(&self, response: &Response) -> [f32; 3] {
         self.reading_at(response, &Conditions::default())
     }
 
-    /// The same where tables say what the sensor makes of temperature, time or a column of the user's own. The speed that they
-    /// may read is the nominal one of the surroundings.
+    /// The same with tables of the sensor over temperature, time or user-defined columns. Tables over speed read the nominal speed of the
+    /// surroundings.
     pub fn reading_under<const M: usize, const P: usize>(
         &self,
         response: &Response,

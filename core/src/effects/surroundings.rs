@@ -4,7 +4,7 @@ use super::OWN;
 
 /// Conditions that an effect may depend on and the motion does not contain. `Default` is the reference state.
 ///
-/// Where a time or a speed is `None` it is counted from the motion.
+/// A time or a speed that is `None` is computed from the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -23,7 +23,7 @@ pub struct Surroundings {
     pub occlusion_s: Option<f32>,
     /// Nominal speed of the plane where it moves, mm/s.
     pub speed_mm_s: Option<f32>,
-    /// Columns of the user's own (a voltage, a humidity) that tables of the model file read, in the order of the file.
+    /// User-defined columns (a voltage, a humidity) that tables of the model file read, in the order of the file.
     #[cfg_attr(feature = "serde", serde(default))]
     pub own: [f32; OWN],
 }

@@ -1,8 +1,8 @@
-//! Effects that a model file brings as tables: a law of the user's own runs without another compilation of the firmware.
+//! Effects as tables in a model file: a user-defined law runs without another compilation of the firmware.
 //!
-//! A slot of the number [`TABLE`] says what its table changes and where in the file's section of tables it lies. A table has
-//! one or two axes, evenly spaced nodes on each, and a change at every node; between nodes it is linear. Beyond an axis it is
-//! held at the end, which the step flags; a driver that is not a number leaves the table out. Uses conditions, change, error.
+//! A slot of the number [`TABLE`] contains the target of its table and its place in the file's section of tables. A table has one or two
+//! axes with evenly spaced nodes and a change at every node; between nodes it is linear. Beyond the end of an axis the value at the end
+//! holds, and the step is flagged. A table whose driver is not finite is left out. Uses conditions, change, error.
 
 use super::{Change, Conditions, VALUES};
 use crate::Error;
@@ -10,7 +10,7 @@ use crate::build::EffectSlot;
 use crate::error::Field;
 use crate::math::Real;
 
-/// Number of the slots that have a table; floats: what it changes (see [`Target`]), where its first number lies in the
+/// Number of the slots that have a table; floats: its target (see [`Target`]), the index of its first number in the
 /// section of tables, 0, 0, 0, 0.
 pub const TABLE: u32 = 34;
 /// Numbers before a table's nodes: driver, nodes, least value, nodes per unit of either axis.
@@ -21,10 +21,10 @@ pub const MOST_NODES: usize = 257;
 pub const MOST_VALUES: usize = 289;
 /// Drivers that an axis can have, see [`driver`].
 pub const DRIVERS: usize = FIRST_OWN + super::OWN;
-/// Number of the first column of the user's own among the drivers.
+/// Number of the first user-defined column among the drivers.
 pub const FIRST_OWN: usize = 13;
 
-/// What a table changes; its number is the first float of the slot.
+/// Quantity that a table changes; its number is the first float of the slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Target {
@@ -64,7 +64,7 @@ impl Target {
         matches!(self, Self::ReadingNormal | Self::ReadingX | Self::ReadingY)
     }
 
-    /// Lets a value act.
+    /// Applies a value of a table.
     fn act(self, value: f32, change: &mut Change<f32>) {
         let [normal, x, y] = &mut change.reading_n;
         match self {
@@ -79,7 +79,7 @@ impl Target {
 }
 
 /// The driver of a number: t_s, depth_mm, contact_time_s, speed_mm_s, x and y of the direction of motion, path and path since
-/// the last turn, dwell_s, occlusion_s, hydration_au, temperature_c, width_mm, then the columns of the user's own; `None` for
+/// the last turn, dwell_s, occlusion_s, hydration_au, temperature_c, width_mm, then the user-defined columns; `None` for
 /// another number.
 pub fn driver<T: Real>(number: usize, at: &Conditions<T>) -> Option<T> {
     let [x, y] = at.along;
