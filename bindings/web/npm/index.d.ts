@@ -1,9 +1,9 @@
 /** Kinds of rigid bodies. */
-export const BODIES: ["plane", "sphere", "cylinder", "edge"];
+export const BODIES: readonly ["plane", "sphere", "cylinder", "edge"];
 /** Regimes of a contact. */
-export const REGIMES: ["no_contact", "stick", "partial_slip", "slip"];
+export const REGIMES: readonly ["no_contact", "stick", "partial_slip", "slip"];
 /** Numbers of the laws of the skin in a model file. */
-export const LAWS: { moisture: number; speed: number; temperature: number };
+export const LAWS: { readonly moisture: number; readonly speed: number; readonly temperature: number };
 
 export type Body =
   | { kind: "plane" }
@@ -35,7 +35,7 @@ export interface Motion {
   speed_mm_s?: number;
 }
 
-/** Forces are those of the body on the finger. */
+/** Forces of the body on the finger, N, and moments, N mm. */
 export interface Response {
   normal_force_n: number;
   friction_n: [number, number];
@@ -51,8 +51,8 @@ export interface Response {
   /** Half-widths of the 95 % bands. */
   band_normal_n: number;
   band_friction_n: number;
-  regime: "no_contact" | "stick" | "partial_slip" | "slip";
-  /** Flags as in the C header: 0 if all is in order. */
+  regime: (typeof REGIMES)[number];
+  /** Flags as in the C header; 0 without any. */
   status: number;
 }
 
@@ -65,11 +65,12 @@ export interface Patch {
 }
 
 export class Finger {
-  /** Starts a finger in the air over a plane. `pad` is a model file of `fingerpad pad`, `wasm` the module; both come with the package. */
-  static create(options?: { pad?: Uint8Array; wasm?: BufferSource }): Promise<Finger>;
-  /** For what the pad was fitted. */
-  get range(): { depth_max_mm: number; pitch_deg: [number, number]; roll_deg: [number, number]; neutral_pitch_deg: number };
-  /** Lifts the finger off, over a body in a pose. It forgets its contact. Throws RangeError for a number out of range. */
+  /** A finger without contact over a plane. `pad` is a model file of `fingerpad pad`, `wasm` the module; the defaults are those of the package. */
+  static create(options?: { pad?: Uint8Array; wasm?: ArrayBuffer | ArrayBufferView }): Promise<Finger>;
+  private constructor();
+  /** Ranges of the fit of the pad. */
+  get range(): Readonly<{ depth_max_mm: number; pitch_deg: [number, number]; roll_deg: [number, number]; neutral_pitch_deg: number }>;
+  /** Ends the contact and places the finger over a body in a pose. Throws RangeError for a number out of range. */
   lift(options?: { body?: Body; pitch_deg?: number; roll_deg?: number }): void;
   /** Advances the contact by one step. */
   step(motion: Motion): Response;

@@ -1,13 +1,14 @@
 // The npm package, packed and installed in a folder of its own: the bits of the core, its README, its types, and bad arguments.
 
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { execFileSync, spawnSync } from "node:child_process";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { PACKAGE } from "./folder.js";
+import { PACKAGE, WEB } from "./folder.js";
 import { nativeSteps, path } from "./native.js";
 
 const STEPS = 3000;
@@ -94,6 +95,16 @@ test("bad arguments are named with their value and range", async () => {
   const bad = finger.step({ depth_mm: NaN });
   assert.ok(bad.status !== 0 && bad.normal_force_n === before.normal_force_n);
   await assert.rejects(Finger.create({ pad: readFileSync(join(installed, "index.js")) }), /not a model file/);
+});
+
+test("a program in TypeScript compiles, with and without the types of a browser", () => {
+  copyFileSync(join(WEB, "test/types.ts"), join(folder, "types.ts"));
+  const compiler = createRequire(import.meta.url).resolve("typescript/bin/tsc");
+  const options = ["--noEmit", "--strict", "--target", "es2022", "--module", "nodenext"];
+  for (const lib of ["es2022", "es2022,dom"]) {
+    const { status, stdout } = spawnSync(process.execPath, [compiler, ...options, "--lib", lib, "types.ts"], { cwd: folder, encoding: "utf8" });
+    assert.equal(status, 0, `--lib ${lib}:\n${stdout}`);
+  }
 });
 
 test("the README's example runs", () => {
