@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use flate2::read::GzDecoder;
 use toml::{Table, Value};
 
-use crate::{cargo, root, run};
+use crate::{cargo, root, run, wheel};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 const CORE: &str = "fingerpad";
@@ -21,11 +21,14 @@ const FILES: [&str; 5] = ["Cargo.lock", "CHANGELOG.md", "LICENSE-APACHE", "LICEN
 /// Further files of the core's package.
 const CORE_FILES: [&str; 4] =
     ["docs/fpm-format.md", "docs/add-an-effect.md", "tests/data/fingertip.fpm", "tests/data/law-vectors.csv"];
+/// Recipe of the conda packages.
+const RECIPE: &str = "bindings/conda/recipe.yaml";
 /// Size limit of a registry, in bytes.
 const MOST: u64 = 10 << 20;
 
 /// Packs all, compiles all with their tests from the packages, and runs those of the core in a folder outside this repository.
 pub fn test() -> Result<()> {
+    check_recipe()?;
     let workspace = unpack()?;
     // The profile of Clippy's step, so that its checks of third-party crates are reused.
     run(cargo_in(&workspace).args(["check", "--workspace", "--all-targets"]))?;
@@ -39,6 +42,23 @@ pub fn test() -> Result<()> {
 /// Runs the tests of all packages from their packed archives.
 pub fn verify() -> Result<()> {
     run(cargo_in(&unpack()?).args(["test", "--release", "--workspace"]))
+}
+
+/// The conda recipe must state version, licence and Rust version of the workspace, and build with the command of the wheels.
+pub fn check_recipe() -> Result<()> {
+    let recipe = fs::read_to_string(root().join(RECIPE)).context(RECIPE)?;
+    let manifest = workspace_manifest()?;
+    let stated = |key: &str| manifest["workspace"]["package"][key].as_str().with_context(|| format!("no {key}"));
+    for line in [
+        format!("version: \"{VERSION}\""),
+        format!("license: {}", stated("license")?),
+        format!("- rust >={}", stated("rust-version")?),
+        format!("- maturin {} --out wheels", wheel::BUILD.join(" ")),
+        format!("RUSTFLAGS: {}", wheel::FLAGS),
+    ] {
+        ensure!(recipe.lines().any(|there| there.trim() == line), "{RECIPE}: no line `{line}`");
+    }
+    Ok(())
 }
 
 /// Packs all into a folder.

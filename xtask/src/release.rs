@@ -50,6 +50,7 @@ fn check_version() -> Result<()> {
             "{file}: no `{before}{VERSION}`, the version in Cargo.toml"
         );
     }
+    package::check_recipe()?;
     let changes = fs::read_to_string(root().join("CHANGELOG.md"))?;
     if changes.contains(&format!("## {VERSION}, not yet published")) {
         println!("note: CHANGELOG.md has no date for {VERSION} yet");

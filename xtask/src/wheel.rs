@@ -9,7 +9,9 @@ use anyhow::{Context, Result, ensure};
 use crate::{cargo, install, python, root, run};
 
 /// Target of a wheel: every processor of its architecture.
-const FLAGS: &str = "-Ctarget-cpu=generic";
+pub const FLAGS: &str = "-Ctarget-cpu=generic";
+/// Command of maturin for every wheel.
+pub const BUILD: [&str; 3] = ["build", "--release", "--locked"];
 
 /// The part that is built and tested.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -92,7 +94,7 @@ fn build(environment: &Environment, part: Part) -> Result<PathBuf> {
     let wheels = environment.folder.path().join("wheels");
     let mut maturin = environment.command("maturin");
     maturin.current_dir(package()).env("RUSTFLAGS", FLAGS);
-    run(maturin.args(["build", "--release", "--locked"]).args(features(part)).arg("--out").arg(&wheels))?;
+    run(maturin.args(BUILD).args(features(part)).arg("--out").arg(&wheels))?;
     inspected(environment, &wheels)
 }
 
@@ -121,7 +123,7 @@ pub fn release(out: &Path) -> Result<()> {
         let mut maturin = environment.command("maturin");
         maturin.current_dir(package()).env("RUSTFLAGS", format!("-Ctarget-cpu={processor}"));
         maturin.env("CARGO_ZIGBUILD_PYTHON_PATH", environment.folder.path().join("venv/bin/python"));
-        maturin.args(["build", "--release", "--locked", "--zig"]);
+        maturin.args(BUILD).arg("--zig");
         maturin.args(["--target", target, "--compatibility", "manylinux2014"]);
         run(maturin.arg("--out").arg(&folder))?;
         let wheel = inspected(&environment, &folder)?;
