@@ -146,7 +146,8 @@ impl<T: Elementary> Pad<'_, T> {
                 *used -= travel;
             }
         }
-        let response = self.update_anchors_and_sum(state, &equations, &active);
+        let sums = self.update_anchors_and_sum(state, &equations, &active);
+        let response = self.response(state, &equations, &sums);
         // Such loads mean that the memory was overwritten; their squares could overflow to infinity or NaN.
         let [x, y] = response.friction_n;
         let load = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
@@ -322,20 +323,19 @@ impl<T: Elementary> Pad<'_, T> {
         PlacedPatch { compressed: Compressed::new(patch, spread, &self.numbers.law), place, anchor, inward }
     }
 
-    /// Moves the anchors of patches that slip or do not touch, and sums the response over the patches.
+    /// Moves the anchors of patches that slip or do not touch, and sums loads and areas over the patches.
+    #[inline(always)]
     fn update_anchors_and_sum<const P: usize, B: Surface<T>>(
         &self,
         state: &mut PadState<P, T>,
         equations: &Equations<'_, T, B>,
         active: &[ActivePatch<'_, T>],
-    ) -> Response<T> {
+    ) -> Sums<T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
         let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
         let (mut area, mut stuck_area, mut firm_area, mut strength, mut reach) = (zero, zero, zero, zero, zero);
-        let mut middle = zeros::<T, 3>();
-        // Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame.
-        let mut turning = zeros::<T, 3>();
+        let (mut middle, mut turning) = (zeros::<T, 3>(), zeros::<T, 3>());
         let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
         for ActivePatch { index, patch, placed, contact } in active {
             let (Some(anchor), Some(used)) = (state.anchors.get_mut(*index), state.used.get_mut(*index)) else {
@@ -402,17 +402,30 @@ impl<T: Elementary> Pad<'_, T> {
             moment =
                 minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&mean_moment, contact.force)));
         }
-        let turning = rotated(&equations.frame.axes, &turning);
-        moment = plus(&moment, &[-turning[1], turning[0], zero]);
+        Sums { force, moment, turning, area, stuck_area, firm_area, strength, middle, reach }
+    }
+
+    /// The response of a contact with these sums over its patches.
+    #[inline(always)]
+    fn response<const P: usize, B: Surface<T>>(
+        &self,
+        state: &PadState<P, T>,
+        equations: &Equations<'_, T, B>,
+        sums: &Sums<T>,
+    ) -> Response<T> {
+        let Sums { area, stuck_area, firm_area, strength, reach, .. } = *sums;
+        let zero = T::of(0.0);
+        let turning = rotated(&equations.frame.axes, &sums.turning);
+        let moment = plus(&sums.moment, &[-turning[1], turning[0], zero]);
         // From the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
-        let (force, moment) = (back(&force), back(&moment));
+        let (force, moment) = (back(&sums.force), back(&moment));
         let normal = force[2].not_negative();
         let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
         let friction = (force[0] * force[0] + force[1] * force[1]).magnitude().sqrt();
         // The slip margin compares friction, and the moment about the centre of the strengths, with an ellipse.
-        let middle = back(&times(&middle, T::of(1.0) / strength_or_tiny));
+        let middle = back(&times(&sums.middle, T::of(1.0) / strength_or_tiny));
         let square = (reach / strength_or_tiny - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
         // With one patch in contact the difference is rounding only.
         let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
@@ -475,6 +488,24 @@ impl<T: Elementary> Frame<T> {
         let [xx, xy, yy, xz, yz, zz] = patch.spread_mm.map(|x| x * T::of(ROOT_3));
         [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| rotated(&self.axes, &side))
     }
+}
+
+/// Sums over the patches in contact, along the axes of the body and about the centre of rotation of poses.
+struct Sums<T> {
+    /// Force on the skin, N.
+    force: Vec3<T>,
+    /// Its moment, N mm.
+    moment: Vec3<T>,
+    /// Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame, N mm.
+    turning: Vec3<T>,
+    /// Area in contact, its stuck part, and its stuck part as counted for the regime, mm².
+    area: T,
+    stuck_area: T,
+    firm_area: T,
+    /// Strength, N, and its first and second moment about the centre of rotation, N mm and N mm².
+    strength: T,
+    middle: Vec3<T>,
+    reach: T,
 }
 
 /// The patches that take part in a step.
