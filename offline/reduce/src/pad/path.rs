@@ -47,8 +47,8 @@ pub fn simulate_path_on_pad(
     Ok(along(path, neutral, &mut |Place { target, dt, .. }: Place, at: &mut Position| {
         let pose = [target[4] as f32, target[5] as f32];
         // Tries a step to a depth and slides, with the rotations of this step, from a copy of the state.
-        let go = |state: &PadState<MOST_PATCHES>, to: [f64; 3]| {
-            let mut state = *state;
+        let go = |to: [f64; 3]| {
+            let mut state = state;
             let motion = Motion {
                 depth_mm: to[0] as f32,
                 slide_increment_mm: [(to[1] - at[1]) as f32, (to[2] - at[2]) as f32],
@@ -58,66 +58,75 @@ pub fn simulate_path_on_pad(
             let response = pad.step(&mut state, body, motion, pose);
             (state, response)
         };
-        let mut to: [f64; 3] = std::array::from_fn(|k| if path.drives[k] == Drive::Force { at[k] } else { target[k] });
-        let (next, response) = if forced.is_empty() {
-            go(&state, to)
-        } else {
-            let mut best = go(&state, to);
-            let wanted: Vec<f64> = forced.iter().map(|&k| target[k]).collect();
-            let tolerance = wanted.iter().fold(0.0, |most: f64, f| most.max(f.abs())) * TOLERANCE[0] + TOLERANCE[1];
-            let missing =
-                |r: &Response| -> Vec<f64> { forced.iter().zip(&wanted).map(|(&k, w)| w - force(r, k)).collect() };
-            let size = |m: &[f64]| m.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            for _ in 0..ITERATIONS {
-                let missed = missing(&best.1);
-                if size(&missed) <= tolerance {
-                    break;
-                }
-                let columns: Vec<Vec<f64>> = forced
-                    .iter()
-                    .map(|&k| {
-                        let mut probe = to;
-                        probe[k] += PROBE_MM;
-                        let left = missing(&go(&state, probe).1);
-                        missed.iter().zip(&left).map(|(a, b)| (a - b) / PROBE_MM).collect()
-                    })
-                    .collect();
-                let count = forced.len();
-                let matrix = nalgebra::DMatrix::from_fn(count, count, |row, column| columns[column][row]);
-                let change = matrix.lu().solve(&nalgebra::DVector::from_vec(missed.clone()));
-                // A singular matrix: without contact the depth increases; in full slip a longer slide does not increase friction.
-                let change = change.unwrap_or_else(|| {
-                    nalgebra::DVector::from_fn(
-                        count,
-                        |k, _| if forced[k] == 0 { 0.1 * missed[k].signum() } else { 0.0 },
-                    )
-                });
-                let mut share = 1.0;
-                let mut better = None;
-                while share > 0.02 && better.is_none() {
-                    let mut next = to;
-                    for (change, &k) in change.iter().zip(&forced) {
-                        next[k] += (share * change).clamp(-LONGEST_MM, LONGEST_MM);
-                    }
-                    let tried = go(&state, next);
-                    let no_contact = size(&missing(&tried.1)) == size(&missed) && tried.1.normal_force_n == 0.0;
-                    if size(&missing(&tried.1)) < size(&missed) || no_contact {
-                        better = Some((next, tried));
-                    }
-                    share *= 0.4;
-                }
-                let Some((next, tried)) = better else { break };
-                (to, best) = (next, tried);
-            }
-            if size(&missing(&best.1)) > tolerance {
-                best.1.status = best.1.status.with(Status::LOAD_NOT_REACHED);
-            }
-            best
-        };
+        let start: [f64; 3] = std::array::from_fn(|k| if forced.contains(&k) { at[k] } else { target[k] });
+        let wanted: Vec<f64> = forced.iter().map(|&k| target[k]).collect();
+        let (to, (next, response)) = reach_forces(go, start, &forced, &wanted);
         state = next;
         *at = [to[0], to[1], to[2], target[3], target[4], target[5]];
         response
     }))
+}
+
+/// State and response at the end of a step.
+type Stepped = (PadState<MOST_PATCHES>, Response);
+
+/// Finds the depth and slides of a step at which the forces have their prescribed values, by Newton's method with finite differences.
+/// Returns them with the result of the step; a flag marks forces that are not reached.
+///
+/// * `go`: makes the step to a depth and slides, mm
+/// * `to`: depth and slides of the first attempt, mm
+/// * `forced`: coordinates that are driven by force; without any the first attempt is returned
+/// * `wanted`: prescribed forces of these coordinates, N
+fn reach_forces(
+    go: impl Fn([f64; 3]) -> Stepped,
+    mut to: [f64; 3],
+    forced: &[usize],
+    wanted: &[f64],
+) -> ([f64; 3], Stepped) {
+    let mut best = go(to);
+    let tolerance = wanted.iter().fold(0.0, |most: f64, f| most.max(f.abs())) * TOLERANCE[0] + TOLERANCE[1];
+    let missing = |r: &Response| -> Vec<f64> { forced.iter().zip(wanted).map(|(&k, w)| w - force(r, k)).collect() };
+    let size = |m: &[f64]| m.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    for _ in 0..ITERATIONS {
+        let missed = missing(&best.1);
+        if size(&missed) <= tolerance {
+            break;
+        }
+        let column = |&k: &usize| -> Vec<f64> {
+            let mut probe = to;
+            probe[k] += PROBE_MM;
+            let left = missing(&go(probe).1);
+            missed.iter().zip(&left).map(|(a, b)| (a - b) / PROBE_MM).collect()
+        };
+        let columns: Vec<Vec<f64>> = forced.iter().map(column).collect();
+        let count = forced.len();
+        let matrix = nalgebra::DMatrix::from_fn(count, count, |row, column| columns[column][row]);
+        let change = matrix.lu().solve(&nalgebra::DVector::from_vec(missed.clone()));
+        // A singular matrix: without contact the depth increases; in full slip a longer slide does not increase friction.
+        let change = change.unwrap_or_else(|| {
+            nalgebra::DVector::from_fn(count, |k, _| if forced[k] == 0 { 0.1 * missed[k].signum() } else { 0.0 })
+        });
+        let mut share = 1.0;
+        let mut better = None;
+        while share > 0.02 && better.is_none() {
+            let mut next = to;
+            for (change, &k) in change.iter().zip(forced) {
+                next[k] += (share * change).clamp(-LONGEST_MM, LONGEST_MM);
+            }
+            let tried = go(next);
+            let no_contact = size(&missing(&tried.1)) == size(&missed) && tried.1.normal_force_n == 0.0;
+            if size(&missing(&tried.1)) < size(&missed) || no_contact {
+                better = Some((next, tried));
+            }
+            share *= 0.4;
+        }
+        let Some((next, tried)) = better else { break };
+        (to, best) = (next, tried);
+    }
+    if size(&missing(&best.1)) > tolerance {
+        best.1.status = best.1.status.with(Status::LOAD_NOT_REACHED);
+    }
+    (to, best)
 }
 
 /// Component of the force that belongs to depth, slide x or slide y.
