@@ -54,7 +54,7 @@ def parsed():
     numbers = lambda text: [int(number) for number in text.split(",")]
     parser.add_argument("file", help=".step, .stp or .stl; an STL bounds one volume and must be closed")
     parser.add_argument("--out", default="finger.msh", help="mesh to write (default: %(default)s)")
-    parser.add_argument("--list", action="store_true", help="tell surfaces and volumes, and mesh nothing")
+    parser.add_argument("--list", action="store_true", help="list surfaces and volumes, and mesh nothing")
     parser.add_argument("--size-mm", type=float, default=2.0, help="edge of elements far from the pad (default: %(default)s)")
     parser.add_argument("--pad-size-mm", type=float, default=1.0, help="edge of elements at the pad (default: %(default)s); "
                         "contact has a node at every half of it")
@@ -187,12 +187,12 @@ def check_closed(triangles, places):
         for edge in open_edges:
             touching = [ring for ring in rings if not ring.isdisjoint(edge)]
             rings = [ring for ring in rings if ring not in touching] + [set(edge).union(*touching)]
-        told = []
+        holes = []
         for ring in sorted(rings, key=len, reverse=True)[:5]:
             middle = [sum(place_of[n][k] for n in ring) / len(ring) for k in range(3)]
             beside = next(uses[0] for edge, uses in open_edges.items() if edge[0] in ring)
-            told.append(f"around {spot(middle)} with {len(ring)} corners, beside {beside}")
-        raise Refused(f"has {len(rings)} hole(s): " + "; ".join(told))
+            holes.append(f"around {spot(middle)} with {len(ring)} corners, beside {beside}")
+        raise Refused(f"has {len(rings)} hole(s): " + "; ".join(holes))
     for (a, b), uses in edges.items():
         if len(uses) > 2:
             between = f"the edge from {spot(place_of[a])} to {spot(place_of[b])}"

@@ -347,8 +347,8 @@ static void answer(const char *name, const char *rest)
     } else if (strcmp(name, "factor") == 0) {
         factor(f[0]);
     } else if (strcmp(name, "around") == 0) {
-        const fingerpad_surroundings told = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], {f[7], f[8], f[9], f[10]}};
-        around = told;
+        const fingerpad_surroundings given = {f[0], f[1], f[2], f[3], f[4], f[5], f[6], {f[7], f[8], f[9], f[10]}};
+        around = given;
         (void)printf("0");
     } else if (strcmp(name, "step") == 0) {
         step(f);

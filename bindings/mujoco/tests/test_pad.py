@@ -38,7 +38,7 @@ def test_a_path_in_changing_poses_gives_what_the_pad_gives(seed):
     contacts = [paths.lead(model, data, paths.pad_at(row), STILL) for row in path]
     assert sum(c["normal_force_n"] > 0 for c in contacts) > 300
     assert max(abs(c["spin_moment_n_mm"]) for c in contacts) > 1.0
-    # Shares and places are nobody's where hardly anything touches.
+    # Where hardly anything touches, shares and places belong to no patch.
     both = [(c, r) for c, r in zip(contacts, reference_along(path)) if r.normal_force_n == 0 or r.normal_force_n > 1e-3]
     assert len(both) > 0.95 * len(path)
     assert_same(*zip(*both), tolerance=2e-3)

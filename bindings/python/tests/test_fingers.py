@@ -162,9 +162,9 @@ def with_columns(data: bytes, columns: bytes) -> bytes:
 def test_columns_of_the_users_own_are_told(model: Model) -> None:
     voltage = struct.pack("<32s16s3f", b"voltage_v", b"V", 0.0, 200.0, 20.0)
     frame = struct.pack("<32s16s3f", b"frame_temperature_c", "°C".encode(), 10.0, 40.0, 22.0)
-    told = Model.from_bytes(with_columns(model.to_bytes(), voltage + frame))
-    assert told.own_columns == [("voltage_v", "V", (0.0, 200.0), 20.0), ("frame_temperature_c", "°C", (10.0, 40.0), 22.0)]
-    assert told.tuned(size=1.1).own_columns == told.own_columns and model.own_columns == []
+    reported = Model.from_bytes(with_columns(model.to_bytes(), voltage + frame))
+    assert reported.own_columns == [("voltage_v", "V", (0.0, 200.0), 20.0), ("frame_temperature_c", "°C", (10.0, 40.0), 22.0)]
+    assert reported.tuned(size=1.1).own_columns == reported.own_columns and model.own_columns == []
     backwards = struct.pack("<32s16s3f", b"voltage_v", b"V", 200.0, 0.0, 20.0)
     for columns in (5 * voltage, voltage[:-4], backwards, struct.pack("<32s16s3f", b"", b"V", 0.0, 1.0, 0.0)):
         with pytest.raises(ModelError, match="COLS"):
@@ -530,9 +530,9 @@ def test_events_through_noise(model: Model) -> None:
     r = fingers.run(depth, slide)
     events = fingers.events()
     assert events.dtype == EVENT and len(fingers.events()) == 0
-    told = [list(events["change"][events["finger"] == k]) for k in (0, 1)]
-    assert told[0] == ["touch", "lift_off"]
-    assert told[1][:3] == ["touch", "first_slip", "full_slip"] and told[1][-1] == "lift_off" and "restick" in told[1]
+    reported = [list(events["change"][events["finger"] == k]) for k in (0, 1)]
+    assert reported[0] == ["touch", "lift_off"]
+    assert reported[1][:3] == ["touch", "first_slip", "full_slip"] and reported[1][-1] == "lift_off" and "restick" in reported[1]
     slips = events[(events["change"] == "full_slip") & (events["finger"] == 1)]["tick"][0]
     assert r["regime"][slips, 1] == Regime.SLIP and 200 < slips < 700
 

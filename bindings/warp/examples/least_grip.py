@@ -94,7 +94,7 @@ def least_grip(model: fw.Model, objects: dict[str, Any]) -> tuple[Any, Any, int]
     # Misfits in shares of the load, and of the margin.
     scale = np.stack([*[1 / np.linalg.norm(wanted[:, :2], axis=1)] * 2, np.ones(contacts.count)], axis=1)
     unknowns = np.stack([np.clip(first_depth_mm(model, objects), *bounds), *(0.2 * direction.T)])
-    # From the side of stick, where every derivative tells something; damped as by Levenberg and Marquardt, each contact on its own.
+    # From the side of stick, where every derivative carries information; damped as by Levenberg and Marquardt, each contact on its own.
     found, slopes, normal_n = contacts.answer(unknowns)
     damping, random = np.full(contacts.count, 1e-3), np.random.default_rng(0)
     for round_number in range(1, ROUNDS + 1):  # noqa: B007

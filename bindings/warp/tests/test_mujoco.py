@@ -74,7 +74,7 @@ def shaken(m: Any, d: Any, callback: Any, steps: int, between: Any = None) -> li
 
 @pytest.mark.parametrize(("integrator", "late"), [("Euler", False), ("implicitfast", False), ("Euler", True)])
 def test_contacts_follow_the_core(on_device: str, integrator: str, late: bool) -> None:
-    """What the callback tells the model, step by step, leads the core to the same responses; trials in between leave no trace.
+    """What the callback passes to the model, step by step, leads the core to the same responses; trials in between leave no trace.
 
     After 1e6 s the time in single precision stands still. Then there are no trials.
     """
@@ -159,7 +159,7 @@ def test_pads_hold(pad: fw.Pad) -> None:
 def work_of_a_closed_path(
     slide_m: float, turn_rad: float, damping: float = 0.0, tilt_rad: float = 0.0, way: int = 1, axis: int | None = None, **options: Any
 ) -> tuple[float, float]:
-    """Work, and work to and fro, of the contacts of the block on a closed path in all six directions, mJ.
+    """Work, and work exchanged back and forth, of the contacts of the block on a closed path in all six directions, mJ.
 
     The path is gone twice, and the second time counts: what slips in the first cycle does so once. `way` is 1 or -1; `axis`: one
     of the six alone.
@@ -207,7 +207,7 @@ def test_no_closed_path_yields_energy() -> None:
     """Without dampers a path that sticks gives back what it took; a wider one slips and takes, and so do dampers."""
     for slide_m, turn_rad in ((1e-5, 0.0), (0.0, 5e-4), (5e-6, 2e-4)):
         work, swept = work_of_a_closed_path(slide_m, turn_rad)
-        print(f"{work / swept:.1e} of the work to and fro")
+        print(f"{work / swept:.1e} of the work exchanged")
         assert abs(work) < 2e-4 * swept, f"{slide_m} m, {turn_rad} rad: {work:.2e} of {swept:.2e} mJ"
     work, swept = work_of_a_closed_path(4e-5, 2e-2)
     assert -0.5 * swept < work < -0.01 * swept
@@ -221,7 +221,7 @@ def test_no_closed_path_yields_energy() -> None:
 def test_no_closed_path_of_pads_yields_energy(pad: fw.Pad, tilt_rad: float) -> None:
     """A pad gives back what it took on small paths, also where it holds the pose at the end of its range (26 degrees off)."""
     work, swept = work_of_a_closed_path(1e-5, 5e-4, model=pad, tilt_rad=tilt_rad)
-    print(f"{work / swept:.1e} of the work to and fro")
+    print(f"{work / swept:.1e} of the work exchanged")
     assert abs(work) < 2e-3 * swept, f"{work:.2e} of {swept:.2e} mJ"
 
 

@@ -38,9 +38,9 @@ def test_numbers_of_the_core(pad: fw.Pad, device: str, name: str, numbers: tuple
     found, expected = both(pad, device, name, numbers)
     largest = expected["friction_limit_n"].max(axis=0)
     apart = differences(found, expected, FORCES) / largest
-    told = f"seed {SEED}, {apart.size} steps: 99.9 % within {np.quantile(apart, 0.999):.1e} of the limit, largest {apart.max():.1e}"
-    print(told)
-    assert np.quantile(apart, 0.999) <= 1e-4 and apart.max() <= 1e-3, told
+    summary = f"seed {SEED}, {apart.size} steps: 99.9 % within {np.quantile(apart, 0.999):.1e} of the limit, largest {apart.max():.1e}"
+    print(summary)
+    assert np.quantile(apart, 0.999) <= 1e-4 and apart.max() <= 1e-3, summary
     np.testing.assert_array_equal(found["status"] & ~fw.Status.NOT_CONVERGED, expected["status"] & ~fw.Status.NOT_CONVERGED)
     # Where the pose jumps by up to 60 degrees in one step, either solver may run out of rounds.
     steady = expected["status"] & fw.Status.POSE_OUT_OF_RANGE == 0

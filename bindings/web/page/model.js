@@ -42,7 +42,7 @@ export class Model {
     this.motions = new Float32Array(memory, wasm.motions(), MOTION * this.most);
     this.floats = new Float32Array(memory, wasm.results(), WORDS * this.most);
     this.words = new Uint32Array(memory, wasm.results(), WORDS * this.most);
-    this.bears = new Float32Array(memory, wasm.patch_states(), PATCH * 64);
+    this.patchStates = new Float32Array(memory, wasm.patch_states(), PATCH * 64);
   }
 
   /** Uses a pad's model file from now on. Throws in plain words if it is none; the one in use then stays. */
@@ -97,7 +97,7 @@ export class Model {
     const count = this.wasm.look();
     const found = [];
     for (let i = 0; i < count; i++) {
-      const [x, y, , mpa, tx, ty, area, stick, used] = this.bears.subarray(PATCH * i, PATCH * (i + 1));
+      const [x, y, , mpa, tx, ty, area, stick, used] = this.patchStates.subarray(PATCH * i, PATCH * (i + 1));
       if (area > 0) found.push({ x, y, kpa: 1000 * mpa, tx, ty, stick, used, radius: Math.sqrt(area / Math.PI), own: Math.sqrt(this.areas[i] / Math.PI) });
     }
     return found;

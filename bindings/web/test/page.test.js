@@ -55,7 +55,7 @@ function steps(page, motions, body, pose) {
       words.push(...model.words.subarray(0, (result * batch.length) / 10));
     }
     const count = model.wasm.look();
-    return [...words, ...new Uint32Array(model.bears.buffer, model.bears.byteOffset, 9 * count)];
+    return [...words, ...new Uint32Array(model.patchStates.buffer, model.patchStates.byteOffset, 9 * count)];
   }, [Array.from(motions, (x) => (Number.isNaN(x) ? null : x)), body, pose, RESULT]);
 }
 
@@ -109,7 +109,7 @@ test("a recorded path is replayed with the host's bits", async () => {
       }
       hand.take();
       const count = model.wasm.look();
-      return [...words, ...new Uint32Array(model.bears.buffer, model.bears.byteOffset, 9 * count)];
+      return [...words, ...new Uint32Array(model.patchStates.buffer, model.patchStates.byteOffset, 9 * count)];
     }, [csv, body, RESULT]);
     const out = withFile("path.csv", csv, (name) => reference("path", MODEL, bodyWords(body, pose), name, "0.001"));
     same(bits, words(out), "path");

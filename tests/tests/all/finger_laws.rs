@@ -17,9 +17,9 @@ fn hidden(simulator: SimulatorKind, seed: u64, law: Option<&str>, size: f64) -> 
 
 fn diagnosed(case: &Case) -> Diagnosis {
     let (report, _) = run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
-    let told: Vec<(&str, f64)> = report.finger_laws.iter().map(|law| (law.law.as_str(), law.gain_2ll)).collect();
+    let of_finger: Vec<(&str, f64)> = report.finger_laws.iter().map(|law| (law.law.as_str(), law.gain_2ll)).collect();
     let named: Vec<(&str, f64)> = report.effects.iter().map(|e| (e.law.as_str(), e.gain_2ll)).collect();
-    println!("seed {}: of the finger {told:?}; {:?} {named:?}", case.seed, report.verdict);
+    println!("seed {}: of the finger {of_finger:?}; {:?} {named:?}", case.seed, report.verdict);
     report
 }
 
