@@ -1,6 +1,7 @@
 //! `fingerpad diagnose`: which effect is missing from the model, by measured runs.
 
 mod arguments;
+mod group;
 mod input_files;
 mod repeated;
 mod result_files;
@@ -128,8 +129,33 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (Some(path), _) => write_template(path),
         (None, Some(path)) => table(args, path),
         (None, None) if args.force_only => forces(args),
-        (None, None) => runs(args),
+        (None, None) => match &args.group {
+            Some(list) => fingers(args, list),
+            None => runs(args),
+        },
     }
+}
+
+/// The model with its curves, and the choices beside the data.
+fn model_and_options(args: &Args) -> Result<(Data, ReferenceCurves, Options), Failure> {
+    let own = args.laws.as_deref().map(LawsFile::read).transpose()?.unwrap_or_default();
+    let plan = args.plan(&own)?;
+    let (file, model) = super::model::load(args.model.as_deref())?;
+    let data = *file.file().model.data();
+    let reference = ReferenceCurves::from_model_data(&data, args.model.is_some());
+    let mut errors = args.covariate_sd.clone();
+    if !errors.iter().any(|e| e.column == Column::Hydration) {
+        errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
+    }
+    let settings = SelectionSettings { alpha: args.alpha, seed: args.seed, laws: own.with_library() };
+    Ok((data, reference, Options { settings, errors, model, plan, own }))
+}
+
+/// Diagnoses several fingers together.
+fn fingers(args: &Args, list: &Path) -> Result<(), Failure> {
+    let (_, reference, options) = model_and_options(args)?;
+    let map = args.column_map(&options.own)?;
+    group::run(args, list, &map, &reference, &options)
 }
 
 /// Diagnoses measured runs.
@@ -141,26 +167,16 @@ fn runs(args: &Args) -> Result<(), Failure> {
     let Some(calibration_path) = &args.calibration else {
         return Err(Failure::Input(anyhow!("--calibration is missing")));
     };
-    let own = args.laws.as_deref().map(LawsFile::read).transpose()?.unwrap_or_default();
-    let plan = args.plan(&own)?;
-    let map = args.column_map(&own)?;
+    let (data, reference, options) = model_and_options(args)?;
+    let map = args.column_map(&options.own)?;
     let session = args.session(measured_path)?;
     if args.check {
-        return check(calibration_path, &session, &map, &own);
+        return check(calibration_path, &session, &map, &options.own);
     }
     prepare(args, &[args.out()])?;
     let before = earlier(args);
     let calibration = read_mapped(calibration_path, &map)?;
     let (measured, parts) = read_union(&session, &map)?;
-    let (file, model) = super::model::load(args.model.as_deref())?;
-    let data = *file.file().model.data();
-    let reference = ReferenceCurves::from_model_data(&data, args.model.is_some());
-    let mut errors = args.covariate_sd.clone();
-    if !errors.iter().any(|e| e.column == Column::Hydration) {
-        errors.push(CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU });
-    }
-    let selection = SelectionSettings { alpha: args.alpha, seed: args.seed, laws: own.with_library() };
-    let options = Options { settings: selection, errors, model, plan, own };
     let mut held: Option<InputFile> = None;
     let (mut report, evidence) = during("diagnosis", |tell| {
         let open_holdout = || match &args.holdout {

@@ -44,9 +44,10 @@ pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FactorPrice, FeConfirmation, FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawTest, LeftOut,
-    NextExperiment, NoiseFound, NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio,
-    Stability, UnexplainedFound, Verdict, minutes,
+    FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter, GroupDiagnosis,
+    GroupVerdict, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated, PlannedRun,
+    Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability, UnexplainedFound, Verdict,
+    minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
@@ -58,6 +59,7 @@ pub use verdict::diagnosis::{Options, diagnose};
 pub use verdict::dry_run::understand;
 pub use verdict::evidence::{DriverPlot, Evidence};
 pub use verdict::exchanged::varied_in_calibration;
+pub use verdict::group::{FEWEST, FingerSets, diagnose_group};
 pub use verdict::power::{PowerSettings, power};
 pub use verdict::redecision::{Outcome, Redecision};
 pub use verdict::regions::{BINS, CHANNELS, COLUMNS};

@@ -10,6 +10,7 @@ mod false_alarms;
 mod fast_against_finite_elements;
 mod fe_sets;
 mod finger_laws;
+mod group;
 mod laws_files;
 mod laws_of_your_own;
 mod layout;

@@ -26,6 +26,7 @@ Examples:
   fingerpad diagnose --calibration c.csv --measured m.csv --can-set depth,speed --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --laws laws.toml --out d
   fingerpad diagnose --calibration c.csv --measured m.csv --power --power-seconds 20 --out d
+  fingerpad diagnose --group fingers.csv --out together
 
 --check prints how the files were read and which laws they can test. Files may be compressed by gzip; commas,
 semicolons or tabs separate cells, with the latter two decimals may have commas, and the row below the header may name the
@@ -39,6 +40,10 @@ differ between files, and so must the times on their common clock (--append-star
 --sensor-rpy-deg or --sensor-matrix turns forces that a robot logged in the frame of its force-torque sensor into the
 contact frame (x, y, normal force). Signs and units of --map and --unit come first. A matrix that is left-handed or not
 orthogonal is refused. Torques are not read.
+
+--group looks for a law that several fingers share (three or more), each with a calibration and measured runs of its own: the
+evidence is added over the fingers, the law has one shape and a size in each finger, and the mean size has the finger as
+the unit. group.json has all numbers, group_sizes.svg the sizes with their intervals, group_sizes.csv the same as a table.
 
 --power simulates the measured runs with the calibrated model, noise and scatter, without an effect and with each law at
 3, 10 and 30 % of the force, and decides each set: how often these runs raise a false alarm, and how often they detect
@@ -66,10 +71,10 @@ DIR holds one diagnosis: DIR/files.txt lists its files, and the next diagnosis t
 own. Other files in DIR are never touched; one with a name that a diagnosis needs is refused.")]
 pub struct Args {
     /// Runs without an effect, under reference conditions (CSV)
-    #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table", "template"])]
+    #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table", "template", "group"])]
     pub(super) calibration: Option<PathBuf>,
     /// Runs to be explained (CSV); with --force-only several traces may be given
-    #[arg(long, value_name = "M.csv", required_unless_present_any = ["table", "template"], num_args = 1..)]
+    #[arg(long, value_name = "M.csv", required_unless_present_any = ["table", "template", "group"], num_args = 1..)]
     pub(super) measured: Vec<PathBuf>,
     /// Further runs, opened only after the laws are chosen (CSV)
     #[arg(long, value_name = "H.csv")]
@@ -80,6 +85,15 @@ pub struct Args {
     /// Time of the first row of each appended file on the clock of --measured, s, where its clock was started again
     #[arg(long, value_name = "S", value_delimiter = ',', allow_negative_numbers = true, requires = "append")]
     pub(super) append_start_s: Vec<f64>,
+    /// Several fingers in one analysis: a list with the columns finger, calibration, measured (CSV; files beside the list)
+    #[arg(
+        long,
+        value_name = "FINGERS.csv",
+        conflicts_with_all = [
+            "calibration", "measured", "holdout", "append", "force_only", "table", "check", "power", "confirm_fe", "report"
+        ]
+    )]
+    pub(super) group: Option<PathBuf>,
     /// Model file to start from; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
     pub(super) model: Option<PathBuf>,

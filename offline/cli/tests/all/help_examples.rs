@@ -93,6 +93,19 @@ fn prepare(at: &Path) {
         });
         fs::write(at.join(turned), lines.collect::<String>()).unwrap();
     }
+    // Three fingers: parts of the measured runs.
+    let text = fs::read_to_string(at.join("m.csv")).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let run_of = |row: &str| row.split(',').next().unwrap_or_default().to_owned();
+    let mut names: Vec<String> = rows.lines().map(run_of).collect();
+    names.dedup();
+    for finger in 0..3 {
+        let own = |row: &&str| names.iter().position(|name| *name == run_of(row)).unwrap() % 3 == finger;
+        let rows: Vec<&str> = rows.lines().filter(own).collect();
+        fs::write(at.join(format!("finger{finger}.csv")), format!("{head}\n{}\n", rows.join("\n"))).unwrap();
+    }
+    let list = "finger,calibration,measured\nanna,c.csv,finger0.csv\nbert,c.csv,finger1.csv\ncarl,c.csv,finger2.csv\n";
+    fs::write(at.join("fingers.csv"), list).unwrap();
     let wear = "[[law]]\nname = \"wear\"\nacts_on = \"strength\"\nformula = \"-loss * path_mm / 50\"\n\
                 parameter = [{ name = \"loss\", unit = \"\", range = [0, 0.5], typical = 0.05 }]\n";
     fs::write(at.join("laws.toml"), wear).unwrap();

@@ -3,6 +3,7 @@
 //! Main type: [`Diagnosis`]. May use: laws (the description of their tables).
 
 mod fit_quality;
+mod group;
 mod next_experiment;
 mod repeated;
 
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::laws::{OwnFormula, TableTold};
 
 pub use fit_quality::{CrossValidationError, Region};
+pub use group::{FingerAlone, FingerSize, GroupDiagnosis, GroupVerdict, SharedLaw, SharedSize};
 pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
 pub use repeated::{LeftOut, NotSimulated, Power, PowerCell, Rate, Stability};
 

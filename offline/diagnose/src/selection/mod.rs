@@ -14,4 +14,4 @@ pub mod finger_laws;
 pub mod forward;
 pub mod lack_of_fit;
 pub mod scan;
-mod starts;
+pub mod starts;

@@ -14,6 +14,7 @@ pub mod dry_run;
 mod effects_found;
 pub mod evidence;
 pub mod exchanged;
+pub mod group;
 mod in_air;
 mod instrument;
 mod next_experiment;

@@ -6,6 +6,7 @@
 
 mod figures;
 mod force_plots;
+pub mod group;
 mod page;
 mod repeated;
 mod residual_map;
