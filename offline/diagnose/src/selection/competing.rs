@@ -205,8 +205,8 @@ impl<'a> Comparison<'a> {
         Some((best, separation))
     }
 
-    /// Part of a law's gain in the place over none there that an error of the baseline's form explains, by the law's best shape
-    /// of the grid. Where the effect-free runs cannot show the law itself (they have one hold, say), those along the same stroke
+    /// Part of a law's gain in the place over none there that an error of the baseline's form explains: what the scan takes off its
+    /// best shape. Where the effect-free runs cannot show the law itself (they have one hold, say), those along the same stroke
     /// stand for it.
     fn gain_of_form(&self, with: &Fit, law: &Law) -> f64 {
         let known = |s: &&ScoredGridPoint| s.score.is_some() && self.of_form[s.grid_point].is_some();
@@ -218,9 +218,8 @@ impl<'a> Comparison<'a> {
         let best = |a: &&ScoredGridPoint, b: &&ScoredGridPoint| gain(a).total_cmp(&gain(b));
         let Some(scored) = of_law.max_by(best).or_else(|| alike.max_by(best)) else { return 0.0 };
         let Some(score) = &scored.score else { return 0.0 };
-        let of_form = self.of_form[scored.grid_point].as_ref();
-        let share = 1.0 - (score.excess(of_form) / score.gain().max(1e-9)).clamp(0.0, 1.0);
-        share * (self.without.minus_2ll - with.minus_2ll).max(0.0)
+        let of_form = score.gain() - score.excess(self.of_form[scored.grid_point].as_ref());
+        of_form.max(0.0).min((self.without.minus_2ll - with.minus_2ll).max(0.0))
     }
 
     /// −2 log likelihood of a refit, or of the wider drift from there, where that is better and concerns the law.
