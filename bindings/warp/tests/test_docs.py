@@ -33,11 +33,11 @@ def test_the_page_runs_and_prints_what_it_says(monkeypatch: pytest.MonkeyPatch) 
     assert len(printed) == 4
     slide = names["slide"].grad.numpy()
     assert slide[0] > slide[2] > 0 and abs(slide[3]) < 1e-6, "N/mm: the stiffness while it sticks, 0 once it slips"
-    printed = [block for block in blocks(text, "text") if block.startswith("friction")]
-    assert len(printed) == 1
+    shown = [block for block in blocks(text, "text") if block.startswith("friction")]
+    assert len(shown) == 1
     # Warp may report that it loads its modules, in the same stream.
     said = [line for line in printed[3].splitlines() if line.startswith("friction")]
-    assert said == printed[0].splitlines()
+    assert said == shown[0].splitlines()
 
 
 def test_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
