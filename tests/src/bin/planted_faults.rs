@@ -54,15 +54,15 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "pad: couple of a spread patch turned round",
         file: PAD_STEP,
-        sound: "moment = plus(&moment, &[-turning[1], turning[0], zero]);",
-        faulty: "moment = plus(&moment, &[turning[1], -turning[0], zero]);",
+        sound: "let moment = plus(&sums.moment, &[-turning[1], turning[0], zero]);",
+        faulty: "let moment = plus(&sums.moment, &[turning[1], -turning[0], zero]);",
         test: PAD,
     },
     Fault {
         name: "pad: moment of a curved body about the patch's middle",
         file: PAD_STEP,
-        sound: "&times(&couple, acting.force)",
-        faulty: "&times(&couple, zero)",
+        sound: "&times(&mean_moment, contact.force)",
+        faulty: "&times(&mean_moment, zero)",
         test: PAD,
     },
     Fault {
@@ -75,8 +75,8 @@ const FAULTS: &[Fault] = &[
     Fault {
         name: "pad: slipping patch held above its place",
         file: PAD_STEP,
-        sound: "*anchor = foot(equations.body, &plus(&acting.place, &way));",
-        faulty: "*anchor = [acting.place[0] + way[0], acting.place[1] + way[1]];",
+        sound: "*anchor = closest_place(equations.body, &plus(&contact.place, &to_anchor));",
+        faulty: "*anchor = [contact.place[0] + to_anchor[0], contact.place[1] + to_anchor[1]];",
         test: &["-p", "fingerpad-tests", "--test", "all", "pads::closed_paths"],
     },
     Fault {
