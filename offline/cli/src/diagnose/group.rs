@@ -63,7 +63,8 @@ pub fn run(
     let files: Vec<[PathBuf; 2]> =
         lines.iter().map(|line| [&line.calibration, &line.measured].map(|file| folder.join(file))).collect();
     let inputs = files.iter().flatten().map(|file| ("--group", Some(file.as_path())));
-    Outputs::beside(inputs.chain([("--group", Some(path))])).shared_folder("--out", args.out(), NAMES).prepare()?;
+    let given = [("--group", Some(path)), ("--model", args.model.as_deref()), ("--laws", args.laws.as_deref())];
+    Outputs::beside(inputs.chain(given)).shared_folder("--out", args.out(), NAMES).prepare()?;
     let mut fingers = Vec::new();
     for (line, [calibration, measured]) in lines.iter().zip(&files) {
         fingers.push(FingerSets {

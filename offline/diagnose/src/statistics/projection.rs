@@ -1,8 +1,7 @@
 //! The linear picture at a fit: the residual and further columns, each with the nuisance directions projected out.
 //!
-//! Nuisance are the smooth model's parameters and those of the finger's own laws (with their priors) and the parameters of
-//! the other laws in force. Everything that
-//! the selection computes of a candidate (gain, sign flips, separation from a competitor) is a product of projected columns.
+//! Nuisance are the smooth model's parameters and those of the finger's own laws (with their priors), and the parameters of
+//! the other laws in force. Everything that the selection computes of a candidate (gain, sign flips, separation from a competitor) is a product of projected columns.
 //!
 //! Main types: [`Projection`], [`ProjectedColumn`].
 

@@ -12,6 +12,7 @@ use crate::selection::forward::Selection;
 use crate::statistics::calibration::Calibration;
 use crate::verdict::decision::{Decision, families};
 use crate::verdict::evidence::{DriverPlot, driver_plot};
+use crate::verdict::instrument::NORMAL_95;
 
 /// The claimed effects, strongest first, each with its figure.
 pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPlot>) {
@@ -109,12 +110,16 @@ pub fn without_amplitude(selection: &Selection, gains_2ll: &[f64], runs: usize, 
 
 /// Error of a parameter, as a share of it, that the baseline's form leaves beside the noise: about what other fingers
 /// of known truth showed.
-const FORM_ERROR: f64 = 0.025;
+pub const FORM_ERROR: f64 = 0.025;
 
-/// Standard deviations to the end of a 95 % interval: Student's t, with runs as the units from which the scatter is known.
+/// Standard deviations to the end of a 95 % interval: Student's t.
+pub fn student_95(degrees: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees).map_or(NORMAL_95, |t| t.inverse_cdf(0.975))
+}
+
+/// The same, with runs as the units from which the scatter is known.
 fn quantile(runs: usize, parameters: usize) -> f64 {
-    let degrees = runs.saturating_sub(parameters + 3).max(2) as f64;
-    StudentsT::new(0.0, 1.0, degrees).map_or(1.96, |t| t.inverse_cdf(0.975))
+    student_95(runs.saturating_sub(parameters + 3).max(2) as f64)
 }
 
 /// Values as they are reported with 95 % intervals; `at` is the place of the law's first parameter in the covariance.

@@ -7,7 +7,6 @@
 //! Main types: [`FingerSets`]; main function: [`diagnose_group`].
 
 use fingerpad_smooth::{Parameter, ReferenceCurves};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::data::checks::{check, check_distinct, check_pair};
 use crate::data::covariates::Correction;
@@ -21,6 +20,7 @@ use crate::schema::{
     FingerAlone, FingerSize, FittedParameter, GroupDiagnosis, GroupVerdict, Rescale, SharedLaw, SharedSize, Verdict,
 };
 use crate::selection::acceptance::loosest;
+use crate::selection::forward::ROUNDS;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, grid_of, scored};
 use crate::selection::starts::wrong_way;
 use crate::statistics::calibration::Calibration;
@@ -29,6 +29,8 @@ use crate::statistics::projection::Projection;
 use crate::statistics::tails::minus_ln_p;
 use crate::verdict::decision::{Decision, LEAST_GAIN, decide, families, learn_corrections};
 use crate::verdict::diagnosis::{IN_CALIBRATION, Options};
+use crate::verdict::effects_found::{FORM_ERROR, student_95};
+use crate::verdict::instrument::NORMAL_95;
 use crate::verdict::preparation::{Prepared, prepare};
 
 /// The runs of one finger.
@@ -45,13 +47,10 @@ pub struct FingerSets {
 const IN_OTHER: &str = "are runs of another finger of the group too, and a run is used once";
 /// Fewest fingers whose sizes say how far fingers differ.
 pub const FEWEST: usize = 3;
-/// Laws that are refitted, and steps of a refit.
+/// Laws that are refitted.
 const REFITTED: usize = 5;
-const ROUNDS: usize = 20;
 /// Difference in 2 log likelihood within which a law of another family cannot be excluded.
 const CLOSE: f64 = 6.0;
-/// Error of a size, as a share of it, that the form of the baseline leaves beside the noise.
-const FORM_ERROR: f64 = 0.025;
 /// Standard deviation of a shape parameter that is held, on its fitted scale.
 const HELD: f64 = 1e-3;
 
@@ -302,13 +301,12 @@ fn combined(name: &str, unit: &str, names: &[String], sizes: &[[f64; 2]]) -> Sha
     let weight = |s: &[f64; 2]| 1.0 / (s[1].powi(2) + between);
     let mean = sum(&|s| weight(s) * s[0]) / sum(&weight);
     let scatter = sum(&|s| weight(s) * (s[0] - mean).powi(2)) / degrees;
-    let quantile = |degrees: f64| StudentsT::new(0.0, 1.0, degrees).map_or(1.96, |t| t.inverse_cdf(0.975));
     // Fingers that agree by chance better than their own errors say nothing more than these do.
-    let half = quantile(degrees) * (scatter.max(1.0) / sum(&weight)).sqrt();
+    let half = student_95(degrees) * (scatter.max(1.0) / sum(&weight)).sqrt();
     let of_finger = |(name, [value, sd]): (&String, &[f64; 2])| FingerSize {
         finger: name.clone(),
         value: *value,
-        ci95: [value - 1.96 * sd, value + 1.96 * sd],
+        ci95: [value - NORMAL_95 * sd, value + NORMAL_95 * sd],
     };
     SharedSize {
         name: name.into(),

@@ -113,7 +113,7 @@ impl Differing {
 }
 
 /// Standard deviations to the end of a 95 % interval.
-const NORMAL_95: f64 = 1.96;
+pub const NORMAL_95: f64 = 1.96;
 
 /// What is reported of a lag.
 ///

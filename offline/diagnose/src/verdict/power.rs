@@ -3,8 +3,8 @@
 //! Readings are simulated at the rows of the measured runs from the calibrated model and decided like the measured ones; the
 //! calibration is kept. The finger of each set is drawn from what the calibration and its drift leave open, so that the
 //! error of the calibration is in every set; noise of the rows, scatter between runs (its variance drawn from what so few
-//! calibration runs leave open) and errors of state columns are drawn as well. What is not in it is an error of the model's
-//! form.
+//! calibration runs leave open) and errors of state columns are drawn as well. The finger's own laws are as
+//! calibrated. What is not in it is an error of the model's form.
 //!
 //! Main types: [`PowerSettings`]; main function: [`power`].
 
