@@ -230,7 +230,7 @@ impl FindingBuilder<'_> {
             };
             [scale(0), scale(2), 0.0]
         };
-        let claimed = matches!(self.answer.verdict, Verdict::Named | Verdict::Ambiguous);
+        let claimed = self.answer.verdict.is_claim();
         let mut report = reduced_report(
             self.answer.verdict,
             "finite elements with the published constants, finger calibrated",

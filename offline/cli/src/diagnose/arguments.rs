@@ -212,12 +212,12 @@ impl Args {
     pub(super) fn plan(&self, own: &LawsFile) -> Result<PlanConstraints, Failure> {
         let factor = |name: &String| {
             let known = FACTORS.iter().find(|(short, column)| name == short || name == column);
-            let of_own = own.columns.iter().find(|c| c.name == *name);
+            let of_own = own.columns.iter().find(|c| c.name == *name && c.derived.is_none());
             known.map(|(_, column)| (*column).to_owned()).or(of_own.map(|c| c.name.clone())).ok_or_else(|| {
                 let names: Vec<&str> = FACTORS
                     .iter()
                     .map(|(short, _)| *short)
-                    .chain(own.columns.iter().map(|c| c.name.as_str()))
+                    .chain(own.columns.iter().filter(|c| c.derived.is_none()).map(|c| c.name.as_str()))
                     .collect();
                 Failure::Input(anyhow!("--can-set {name}: none of {}", names.join(", ")))
             })

@@ -33,7 +33,7 @@ impl ColumnPlaces {
     /// # Errors
     /// [`Error`] for a column that is missing or comes twice.
     pub fn of(path: &Path, map: &ColumnMap, rows: &CsvRows<'_>) -> Result<Self, Error> {
-        let own = || map.own().iter().map(|c| c.name.as_str());
+        let own = || map.own().iter().filter(|c| c.derived.is_none()).map(|c| c.name.as_str());
         let ours =
             |name: &str| REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == name);
         rows.refuse_duplicates(ours)?;
@@ -65,7 +65,7 @@ impl ColumnPlaces {
         let unknown = names.iter().filter(|name| !ours(name) && !is_told(name));
         let mut notes: Vec<String> = unknown.map(|name| format!("column `{name}` is unknown and ignored")).collect();
         notes.sort();
-        let own = own().map(find).collect();
+        let own = map.own().iter().map(|c| if c.derived.is_none() { find(&c.name) } else { None }).collect();
         Ok(Self { required, optional: OPTIONAL.map(find), own, notes, cautions, map: map.clone() })
     }
 

@@ -10,6 +10,7 @@ mod column_places;
 pub mod content;
 pub mod covariates;
 pub mod csv_text;
+mod derived_columns;
 pub mod lag;
 pub mod outliers;
 pub mod own_columns;

@@ -16,6 +16,7 @@ use fingerpad_formats::Error;
 use crate::data::column_map::ColumnMap;
 use crate::data::column_places::ColumnPlaces;
 use crate::data::csv_text::CsvRows;
+use crate::data::derived_columns::compute_derived;
 pub use crate::data::run_assembler::KEPT_ROWS;
 use crate::data::run_assembler::{RunAssembler, caution};
 use crate::data::runs::RunSet;
@@ -119,6 +120,7 @@ pub fn read_union(
     set.cautions.splice(0..0, cautions);
     set.rows_read = parts.iter().map(|part| part.rows_read).sum();
     set.sha256.clone_from(&parts[0].sha256);
+    compute_derived(&mut set, map.own())?;
     set.recognise(&map.own_columns());
     if let Some(rotation) = map.rotation() {
         rotation.turn(&mut set, ["normal_force_n", "friction_x_n", "friction_y_n"].map(|column| map.name(column)))?;

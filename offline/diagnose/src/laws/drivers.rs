@@ -1,6 +1,7 @@
 //! What a formula may read besides its parameters: state of contact and skin, and columns of the user's own.
 //!
-//! Main types: [`Driver`] (one that every file has or may have), [`OwnColumn`] (one that a file of laws declares).
+//! Main types: [`Driver`] (one that every file has or may have), [`OwnColumn`] (one that a file of laws declares), [`Derived`] (how
+//! the program computes one from another).
 
 use fingerpad::build::TableColumn;
 use fingerpad::effects::{Axis, Column, OWN, tables};
@@ -56,6 +57,24 @@ pub fn is_contact_clock(number: usize) -> bool {
     matches!(number, 2 | 8 | 9)
 }
 
+/// How a column is computed from a driver or another column of the same run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derived {
+    /// Number of what it is computed from, see [`tables::driver`].
+    pub source: usize,
+    /// What is computed.
+    pub rule: Rule,
+}
+
+/// What is computed from a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rule {
+    /// Its derivative over time, per s.
+    Rate,
+    /// Its value so many seconds earlier; before that, its first value.
+    Delayed(f64),
+}
+
 /// A column of the user's own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnColumn {
@@ -69,6 +88,8 @@ pub struct OwnColumn {
     pub reference: f64,
     /// Time that it takes to settle at another value, s: what the next experiment pays for setting it.
     pub settle_s: f64,
+    /// How it is computed; `None` for one that the runs have.
+    pub derived: Option<Derived>,
 }
 
 impl OwnColumn {
@@ -94,6 +115,7 @@ impl From<&TableColumn> for OwnColumn {
             range: [column.low, column.high].map(f64::from),
             reference: column.reference.into(),
             settle_s: 0.0,
+            derived: None,
         }
     }
 }

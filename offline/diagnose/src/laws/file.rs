@@ -9,7 +9,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use toml::Spanned;
 
-use super::drivers::{DRIVERS, OwnColumn};
+use super::drivers::{DRIVERS, Derived, OwnColumn, Rule};
 use super::formula::Formula;
 use super::own_law::{OwnFormula, OwnLaw, OwnParameter, Target};
 use super::run_columns::RUN_COLUMNS;
@@ -17,12 +17,14 @@ use super::soundness::check_law;
 use super::units::{Unit, check_ending, check_formula};
 use crate::error::DiagnoseError;
 use fingerpad::build::TableColumn;
-use fingerpad::effects::{Column, LAWS, Law, OWN, VALUES};
+use fingerpad::effects::{Column, LAWS, Law, OWN, VALUES, tables};
 
 /// Most laws of a file.
 const MOST_LAWS: usize = 16;
 /// Longest time in which a column settles, s.
 const MOST_SETTLE_S: f64 = 86_400.0;
+/// Longest delay of a column, s.
+const MOST_DELAY_S: f64 = 60.0;
 /// Largest file, bytes.
 const LARGEST: u64 = 1 << 20;
 
@@ -56,6 +58,9 @@ struct ColumnText {
     range: [f64; 2],
     reference: Option<Spanned<f64>>,
     settle_s: Option<f64>,
+    rate_of: Option<String>,
+    delayed: Option<String>,
+    delay_s: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -171,6 +176,49 @@ impl LawsFile {
     }
 }
 
+impl ColumnText {
+    fn derives(&self) -> bool {
+        self.rate_of.is_some() || self.delayed.is_some() || self.delay_s.is_some()
+    }
+}
+
+/// How a column is computed, if it is.
+///
+/// * `unit`: its unit
+/// * `columns`: those before it
+fn derived(text: &ColumnText, unit: &Unit, columns: &[OwnColumn]) -> Result<Option<Derived>, String> {
+    let (source, rule) = match (&text.rate_of, &text.delayed, text.delay_s) {
+        (None, None, None) => return Ok(None),
+        (Some(source), None, None) => (source, Rule::Rate),
+        (None, Some(source), Some(delay_s)) if delay_s > 0.0 && delay_s <= MOST_DELAY_S => {
+            (source, Rule::Delayed(delay_s))
+        }
+        (None, Some(_), Some(delay_s)) => {
+            return Err(format!("delay_s {delay_s}: a time above 0 and up to {MOST_DELAY_S} s"));
+        }
+        _ => return Err("it takes either rate_of, or delayed and delay_s".into()),
+    };
+    if text.settle_s.is_some() {
+        return Err("it is computed, and cannot be set: settle_s belongs to what it is computed from".into());
+    }
+    let of_driver = DRIVERS.iter().position(|d| d.name == source).map(|number| (number, DRIVERS[number].unit));
+    let of_column = || {
+        let place = columns.iter().position(|c| c.name == *source && c.derived.is_none())?;
+        Some((tables::FIRST_OWN + place, columns[place].unit.as_str()))
+    };
+    let (source, of_source) = of_driver.or_else(of_column).ok_or_else(|| {
+        format!("`{source}` is neither a driver nor a column of the runs that is declared before this one")
+    })?;
+    let expected = match rule {
+        Rule::Rate => Unit::parse(&format!("{of_source}/s"))?,
+        Rule::Delayed(_) => Unit::parse(of_source)?,
+    };
+    if *unit != expected {
+        return Err(format!("contradictory units: it is {expected}, not {unit}"));
+    }
+    Ok(Some(Derived { source, rule }))
+}
+
 /// A name of lower-case letters, digits and underscores that begins with a letter.
 fn is_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_lowercase())
@@ -188,7 +236,7 @@ impl Reader<'_> {
         ranges: &mut Vec<(String, [f64; 2])>,
         columns: &mut Vec<OwnColumn>,
     ) -> Result<(), DiagnoseError> {
-        let ColumnText { name, unit, range, reference, settle_s } = column.get_ref();
+        let ColumnText { name, unit, range, reference, settle_s, .. } = column.get_ref();
         let refuse = |problem: String| self.refuse(column.span(), &format!("column `{name}`: {problem}"));
         if ranges.iter().any(|(known, _)| known == name) {
             return Err(refuse("it is declared twice".into()));
@@ -205,6 +253,9 @@ impl Reader<'_> {
                 && ours != parsed
             {
                 return Err(refuse(format!("contradictory units: it is {ours}, not {parsed}")));
+            }
+            if column.get_ref().derives() {
+                return Err(refuse("it is a driver, which the program takes from the runs".into()));
             }
             if reference.is_some() || settle_s.is_some() {
                 return Err(refuse(
@@ -233,7 +284,8 @@ impl Reader<'_> {
         if columns.len() == OWN {
             return Err(refuse(format!("a model file has room for {OWN} columns of your own, and this is one more")));
         }
-        let own = OwnColumn { name: name.clone(), unit: said.to_owned(), range: *range, reference, settle_s };
+        let derived = derived(column.get_ref(), &parsed, columns).map_err(&refuse)?;
+        let own = OwnColumn { name: name.clone(), unit: said.to_owned(), range: *range, reference, settle_s, derived };
         own.in_model_file().map_err(|_| {
             let (most, unit) = (TableColumn::NAME_BYTES, TableColumn::UNIT_BYTES);
             refuse(format!("a model file has {most} bytes for its name and {unit} for its unit `{said}`"))

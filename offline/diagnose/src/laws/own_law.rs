@@ -4,7 +4,7 @@
 
 use fingerpad::effects::{Axis, Change, Column, Conditions, Law, Parameter, Place, Reported, VALUES, tables};
 
-use super::drivers::{DRIVERS, OwnColumn};
+use super::drivers::{DRIVERS, OwnColumn, is_motion, is_within_stroke};
 use super::formula::{Formula, Problem};
 use super::units::Unit;
 
@@ -121,6 +121,8 @@ pub struct LawDriver {
     pub range: [f64; 2],
     /// Whether the range is the user's, not the program's guess.
     pub is_declared: bool,
+    /// Whether it follows the motion of the plane: speed, direction, paths, and what is computed from what goes on within a stroke.
+    pub moves: bool,
 }
 
 /// What a variable of a formula is.
@@ -304,6 +306,7 @@ fn driver_of(name: &str, columns: &[OwnColumn], ranges: &[(String, [f64; 2])]) -
             column: driver.column,
             range: declared.unwrap_or(driver.range),
             is_declared: declared.is_some(),
+            moves: is_motion(number),
         });
     }
     let (place, column) = columns.iter().enumerate().find(|(_, c)| c.name == name)?;
@@ -314,6 +317,7 @@ fn driver_of(name: &str, columns: &[OwnColumn], ranges: &[(String, [f64; 2])]) -
         column: column.column(place),
         range: column.range,
         is_declared: true,
+        moves: column.derived.is_some_and(|derived| is_within_stroke(derived.source)),
     })
 }
 

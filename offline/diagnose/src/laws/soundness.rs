@@ -6,7 +6,7 @@
 use fingerpad::effects::tables;
 use fingerpad_formats::significant;
 
-use super::drivers::{is_contact_clock, is_motion};
+use super::drivers::is_contact_clock;
 use super::formula::{DIGITS, Problem};
 use super::own_law::OwnLaw;
 
@@ -190,7 +190,7 @@ impl<'a> Trials<'a> {
             let mut parameters = self.typical.clone();
             parameters[0] *= sign;
             for (k, driver) in self.law.drivers.iter().enumerate() {
-                let (moves, clock) = (is_motion(driver.number), is_contact_clock(driver.number));
+                let (moves, clock) = (driver.moves, is_contact_clock(driver.number));
                 if !(moves || clock) {
                     continue;
                 }

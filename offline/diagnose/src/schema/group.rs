@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FittedParameter, Verdict};
+use super::{Caution, FittedParameter, Verdict};
 
 /// What several fingers show together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,6 +87,8 @@ pub struct FingerAlone {
     pub rescale: super::Rescale,
     /// Laws of the finger itself.
     pub finger_laws: Vec<String>,
+    /// What the files do not support.
+    pub cautions: Vec<Caution>,
 }
 
 /// Several fingers in one analysis.

@@ -30,6 +30,13 @@ pub enum Verdict {
     UnexplainedStructure,
 }
 
+impl Verdict {
+    /// Whether effects are claimed.
+    pub fn is_claim(self) -> bool {
+        matches!(self, Self::Named | Self::Ambiguous)
+    }
+}
+
 /// A parameter of an effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedParameter {

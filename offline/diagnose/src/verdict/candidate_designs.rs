@@ -53,7 +53,7 @@ pub fn candidate_designs<'a>(
 ) -> Vec<(&'a str, Vec<PlannedRun>)> {
     let mut out: Vec<(&str, Vec<PlannedRun>)> = Vec::new();
     for shares in [even(), ends()] {
-        for column in own {
+        for column in own.iter().filter(|column| column.derived.is_none()) {
             let set = |r: &mut PlannedRun, v: f64| {
                 r.own.insert(column.name.clone(), v);
             };
@@ -329,6 +329,7 @@ mod tests {
     #[test]
     fn columns_of_the_users_own_are_varied_where_they_may_be_and_have_their_time_to_settle() {
         let column = |name: &str, range, settle_s| OwnColumn {
+            derived: None,
             name: name.into(),
             unit: "V".into(),
             range,

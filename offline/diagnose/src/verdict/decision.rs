@@ -1,10 +1,10 @@
 //! From the selection to a decision: the drift of the baseline, competing hypotheses, lack of fit, and what may be claimed.
 //!
-//! Main type: [`Decision`]; main function: [`decide`].
+//! Main types: [`Basis`], [`Decision`].
 
 use fingerpad_smooth::ReferenceCurves;
 
-use crate::data::covariates::{Correction, CovariateError};
+use crate::data::covariates::Correction;
 use crate::data::runs::RunSet;
 use crate::laws::{Change, Column, Law, Place};
 use crate::model::active_law::ActiveLaw;
@@ -27,6 +27,8 @@ use crate::verdict::in_air::gain_in_air;
 
 /// Everything that a verdict rests on.
 pub struct Decision<'a> {
+    /// The set, with corrected columns.
+    pub set: &'a RunSet,
     /// The task of the measured set, for further questions.
     pub task: Task<'a>,
     /// The selection, after swaps and eliminations.
@@ -56,57 +58,64 @@ pub fn families(hypotheses: &CompetingHypotheses) -> Vec<&'static str> {
     list
 }
 
-/// Learns the corrections of columns with declared errors on a measured set.
-pub fn learn_corrections(set: &RunSet, errors: &[CovariateError]) -> Vec<Correction> {
-    errors.iter().filter_map(|e| Correction::learn(set, *e)).collect()
+/// What the sets of a finger are decided on: its calibration, and how exact that is.
+pub struct Basis<'a> {
+    /// The effect-free runs.
+    pub effect_free: &'a RunSet,
+    /// Reference curves.
+    pub reference: &'a ReferenceCurves,
+    /// The calibration, from whose small drift a decision starts.
+    pub calibration: Calibration,
+    /// How columns with reading errors were corrected.
+    pub corrections: &'a [Correction],
+    /// Level, seed and laws.
+    pub settings: &'a SelectionSettings,
+    /// The effect-free runs at their optimum.
+    discrepancy: ModelDiscrepancy<'a>,
 }
 
-/// The calibration runs at their optimum.
-fn discrepancy_of<'a>(
-    set: &'a RunSet,
-    reference: &'a ReferenceCurves,
-    calibration: &Calibration,
-) -> ModelDiscrepancy<'a> {
-    let task = calibration.own_task(set, reference);
-    let fit = calibration.fit.clone();
-    let derivatives = task.derivatives_of(&fit);
-    ModelDiscrepancy { task, fit, derivatives }
-}
+impl<'a> Basis<'a> {
+    /// The basis of a calibration of these runs; arguments as the fields.
+    pub fn new(
+        effect_free: &'a RunSet,
+        reference: &'a ReferenceCurves,
+        calibration: Calibration,
+        corrections: &'a [Correction],
+        settings: &'a SelectionSettings,
+    ) -> Self {
+        let task = calibration.own_task(effect_free, reference);
+        let fit = calibration.fit.clone();
+        let derivatives = task.derivatives_of(&fit);
+        let discrepancy = ModelDiscrepancy { task, fit, derivatives };
+        Self { effect_free, reference, calibration, corrections, settings, discrepancy }
+    }
 
-/// Decides what a measured set (with corrected columns) misses.
-///
-/// * `effect_free`: the calibration runs
-/// * `corrections`: how columns with reading errors were corrected
-pub fn decide<'a>(
-    set: &'a RunSet,
-    effect_free: &RunSet,
-    reference: &'a ReferenceCurves,
-    calibration: &Calibration,
-    corrections: &[Correction],
-    settings: &SelectionSettings,
-) -> Decision<'a> {
-    let discrepancy = discrepancy_of(effect_free, reference, calibration);
-    let (mut settling, drift) = Settling::new(set, reference, calibration, &discrepancy, settings);
-    settling.swap_for_better();
-    settling.drop_weak();
-    settling.drop_without_amplitude();
-    let known = Known { discrepancy: &discrepancy, effect_free, calibration, corrections };
-    let too_small = settling.drop_too_small(&known);
-    settling.renew_evidence();
-    let (lack_of_fit, expected_variances) = settling.left(&known);
-    let Settling { task, selection, hypotheses, .. } = settling;
-    // Evidence for a law that no refit confirms is structure too, unless a law that is too small to be named explains it.
-    let unclaimed = hypotheses.is_empty() && too_small.is_empty() && selection.tests.iter().any(|t| t.significant);
-    let verdict = if lack_of_fit.significant || unclaimed {
-        Verdict::UnexplainedStructure
-    } else if hypotheses.is_empty() {
-        Verdict::None
-    } else if hypotheses.iter().any(|h| families(h).len() > 1) {
-        Verdict::Ambiguous
-    } else {
-        Verdict::Named
-    };
-    Decision { task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift, too_small }
+    /// Decides what a set (with corrected columns) misses.
+    pub fn decide<'s>(&self, set: &'s RunSet) -> Decision<'s>
+    where
+        'a: 's,
+    {
+        let (mut settling, drift) = Settling::new(set, self);
+        settling.swap_for_better();
+        settling.drop_weak();
+        settling.drop_without_amplitude();
+        let too_small = settling.drop_too_small(self);
+        settling.renew_evidence();
+        let (lack_of_fit, expected_variances) = settling.left(self);
+        let Settling { task, selection, hypotheses, .. } = settling;
+        // Evidence for a law that no refit confirms is structure too, unless a law that is too small to be named explains it.
+        let unclaimed = hypotheses.is_empty() && too_small.is_empty() && selection.tests.iter().any(|t| t.significant);
+        let verdict = if lack_of_fit.significant || unclaimed {
+            Verdict::UnexplainedStructure
+        } else if hypotheses.is_empty() {
+            Verdict::None
+        } else if hypotheses.iter().any(|h| families(h).len() > 1) {
+            Verdict::Ambiguous
+        } else {
+            Verdict::Named
+        };
+        Decision { set, task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift, too_small }
+    }
 }
 
 /// Smallest effect that is named, as a share of the set's forces (root mean squares): the baseline's form is no more exact
@@ -136,16 +145,6 @@ pub struct TooSmall {
     pub gain_2ll: f64,
 }
 
-/// What is known beside the measured set.
-struct Known<'k> {
-    /// The effect-free runs at their optimum.
-    discrepancy: &'k ModelDiscrepancy<'k>,
-    effect_free: &'k RunSet,
-    calibration: &'k Calibration,
-    /// How columns with reading errors were corrected.
-    corrections: &'k [Correction],
-}
-
 /// A selection that is weighed against its competitors.
 struct Settling<'a> {
     set: &'a RunSet,
@@ -159,13 +158,8 @@ struct Settling<'a> {
 
 impl<'a> Settling<'a> {
     /// Selects with the small drift, and again with the allowed one where that alone explains the runs better.
-    fn new(
-        set: &'a RunSet,
-        reference: &'a ReferenceCurves,
-        calibration: &Calibration,
-        discrepancy: &ModelDiscrepancy<'_>,
-        settings: &SelectionSettings,
-    ) -> (Self, Drift) {
+    fn new<'b: 'a>(set: &'a RunSet, basis: &Basis<'b>) -> (Self, Drift) {
+        let Basis { reference, calibration, settings, discrepancy, .. } = basis;
         let mut task = calibration.task(set, reference);
         let mut selection = select(&task, set, settings.laws, Some(discrepancy), settings);
         let null = &selection.null;
@@ -182,7 +176,7 @@ impl<'a> Settling<'a> {
             task = calibration.drifting(drift).task(set, reference);
             selection = select(&task, set, settings.laws, Some(discrepancy), settings);
         }
-        (Self { set, task, selection, hypotheses: Vec::new(), alternative, settings: *settings }, drift)
+        (Self { set, task, selection, hypotheses: Vec::new(), alternative, settings: **settings }, drift)
     }
 
     fn compare(&mut self) {
@@ -240,7 +234,7 @@ impl<'a> Settling<'a> {
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
     /// and reports them: with hundreds of runs an error of the baseline's form stands out from chance as a law does. A law of
     /// little evidence stays where it is all that explains a structure.
-    fn drop_too_small(&mut self, known: &Known<'_>) -> Vec<TooSmall> {
+    fn drop_too_small(&mut self, basis: &Basis<'_>) -> Vec<TooSmall> {
         let mut out = Vec::new();
         let mut needed: Vec<&Law> = Vec::new();
         loop {
@@ -261,7 +255,7 @@ impl<'a> Settling<'a> {
             });
             let small = small.filter(|(_, s)| !needed.contains(&s.law));
             let Some((i, least)) = small.min_by(|a, b| a.1.gain_2ll.total_cmp(&b.1.gain_2ll)) else { break };
-            if least.share >= LEAST_SIZE && self.is_needed(i, known) {
+            if least.share >= LEAST_SIZE && self.is_needed(i, basis) {
                 needed.push(least.law);
                 continue;
             }
@@ -272,14 +266,14 @@ impl<'a> Settling<'a> {
     }
 
     /// Whether the runs are explained with a law, and structure is left without it.
-    fn is_needed(&mut self, i: usize, known: &Known<'_>) -> bool {
-        if self.left(known).0.significant {
+    fn is_needed(&mut self, i: usize, basis: &Basis<'_>) -> bool {
+        if self.left(basis).0.significant {
             return false;
         }
         let Selection { fit, derivatives, evidence, tests, .. } = &self.selection;
         let with = (fit.clone(), derivatives.clone(), evidence.clone(), tests.clone(), self.hypotheses.clone());
         self.drop_law(i);
-        let needed = self.left(known).0.significant;
+        let needed = self.left(basis).0.significant;
         let Selection { fit, derivatives, evidence, tests, .. } = &mut self.selection;
         (*fit, *derivatives, *evidence, *tests, self.hypotheses) = with;
         needed
@@ -287,17 +281,17 @@ impl<'a> Settling<'a> {
 
     /// The structure and scatter that the accepted laws leave, and the variances between runs that calibration and reading
     /// errors explain.
-    fn left(&self, known: &Known<'_>) -> (LackOfFit, PerEffect) {
+    fn left(&self, basis: &Basis<'_>) -> (LackOfFit, PerEffect) {
         let Self { set, task, selection: Selection { null, fit, derivatives, .. }, .. } = self;
-        let mut variances = known.calibration.fit.variances;
-        let of_readings = reading_variances(task, &fit.laws, known.corrections);
+        let mut variances = basis.calibration.fit.variances;
+        let of_readings = reading_variances(task, &fit.laws, basis.corrections);
         for (effect, variance) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().zip(of_readings) {
             variances[effect.index()] += variance;
         }
         let expected = Expectations {
-            effect_free: (known.discrepancy, known.effect_free),
+            effect_free: (&basis.discrepancy, basis.effect_free),
             variances: &variances,
-            calibration_runs: known.calibration.runs,
+            calibration_runs: basis.calibration.runs,
             null_variances: &null.variances,
             explained_2ll: null.minus_2ll - fit.minus_2ll,
         };

@@ -4,17 +4,15 @@
 
 use fingerpad_formats::significant;
 
-use crate::data::checks::{check, check_distinct, check_pair};
 use crate::data::outliers::rails;
-use crate::data::own_columns::require;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::LawsFile;
 use crate::selection::scan::why_untestable;
 use crate::verdict::calibrated_range::CalibratedRange;
-use crate::verdict::diagnosis::{IN_CALIBRATION, told_of_file};
+use crate::verdict::checked::Checked;
+use crate::verdict::cleaning::FORCES;
 use crate::verdict::exchanged::varied_in_calibration;
-use crate::verdict::preparation::FORCES;
 use crate::verdict::regions::COLUMNS;
 
 /// Lines on the ranges of both sets, on what the calibration does not cover, and on the laws that can be tested.
@@ -22,15 +20,8 @@ use crate::verdict::regions::COLUMNS;
 /// # Errors
 /// [`DiagnoseError`] for sets that cannot carry a diagnosis.
 pub fn understand(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Result<Vec<String>, DiagnoseError> {
-    check(calibration)?;
-    check(measured)?;
-    check_pair(calibration, measured)?;
-    check_distinct(measured, calibration, IN_CALIBRATION)?;
-    require(measured, own)?;
-    let mut out = Vec::new();
-    for (set, role) in [(calibration, "calibration"), (measured, "measured")] {
-        out.extend(told_of_file(set, role)?.into_iter().map(|c| c.text));
-    }
+    let checked = Checked::new(calibration, measured, own)?;
+    let mut out: Vec<String> = checked.cautions.into_iter().map(|c| c.text).collect();
     let exchanged = varied_in_calibration(calibration, measured, own);
     if !exchanged.is_empty() {
         let names: Vec<&str> = exchanged.iter().map(|c| c.name()).collect();

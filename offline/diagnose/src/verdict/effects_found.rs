@@ -15,8 +15,8 @@ use crate::verdict::evidence::{DriverPlot, driver_plot};
 use crate::verdict::instrument::NORMAL_95;
 
 /// The claimed effects, strongest first, each with its figure.
-pub fn effects(decision: &Decision<'_>, set: &RunSet) -> (Vec<EffectFound>, Vec<DriverPlot>) {
-    let selection = &decision.selection;
+pub fn effects(decision: &Decision<'_>) -> (Vec<EffectFound>, Vec<DriverPlot>) {
+    let Decision { set, selection, .. } = decision;
     let fit = &selection.fit;
     let with = decision.task.predict(&fit.parameters, &fit.laws);
     let quantile = quantile(set.runs.len(), fit.laws.iter().map(|a| a.values.len()).sum());

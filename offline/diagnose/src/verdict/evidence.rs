@@ -5,13 +5,21 @@
 use fingerpad_smooth::Parameters;
 
 use crate::data::covariates::Correction;
+use crate::data::own_columns::with_ranges_of;
 use crate::data::runs::RunSet;
 use crate::laws::{Column, LawsFile, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::PerEffect;
 use crate::schema::Region;
 use crate::statistics::calibration::Calibration;
-use crate::verdict::traces::ForceTrace;
+use crate::statistics::fit::Fit;
+use crate::verdict::calibrated::Calibrated;
+use crate::verdict::concluded::Concluded;
+use crate::verdict::cross_validation::noise_floor_n;
+use crate::verdict::decision::Decision;
+use crate::verdict::regions::residual_map;
+use crate::verdict::selected::Selected;
+use crate::verdict::traces::{ForceTrace, worst_traces};
 
 /// Fits, sets and maps of a diagnosis, beyond its report.
 pub struct Evidence {
@@ -50,6 +58,46 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// The evidence of a conclusion.
+    ///
+    /// * `own`: laws of the user's file
+    /// * `drivers`: the plots of the claimed effects
+    pub fn new(
+        calibrated: &Calibrated,
+        selected: &Selected<'_, '_>,
+        concluded: Concluded,
+        own: &LawsFile,
+        drivers: Vec<DriverPlot>,
+    ) -> Self {
+        let Selected { decision, before, .. } = *selected;
+        let Concluded { verdict, held_out, calibration, .. } = concluded;
+        let (null, full) = (&decision.selection.null, selected.fit(verdict));
+        let floor_n = noise_floor_n(&decision.task, &null.parameters, &null.laws, &decision.expected_variances);
+        let map_of = |decision: &Decision<'_>, fit: &Fit| {
+            residual_map(decision.set, own, &decision.task.residual_without_random_effects_n(fit))
+        };
+        let mut sets = vec![&calibrated.calibration_set, decision.set];
+        sets.extend(held_out.as_ref());
+        Self {
+            own: with_ranges_of(own, &sets),
+            traces: worst_traces(&decision.task, decision.set, &calibration.fit, [null, full], &floor_n, 3),
+            map_before: map_of(before, &before.selection.null),
+            map_after: map_of(decision, full),
+            drivers,
+            parameters: full.parameters,
+            laws: full.laws.clone(),
+            parameters_before: null.parameters,
+            laws_before: null.laws.clone(),
+            expected_variances: decision.expected_variances,
+            decided_set: calibrated.measured.clone(),
+            checked: if held_out.is_some() { "holdout" } else { "measured" }.into(),
+            checked_set: held_out.unwrap_or_else(|| decision.set.clone()),
+            calibration_set: calibrated.calibration_set.clone(),
+            calibration,
+            corrections: calibrated.corrections.clone(),
+        }
+    }
+
     /// Whether any law is claimed.
     pub fn has_claims(&self) -> bool {
         self.laws.len() > self.laws_before.len()

@@ -9,14 +9,14 @@
 
 use fingerpad_smooth::ReferenceCurves;
 
-use crate::data::covariates::CovariateError;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, LawsFile};
-use crate::schema::{Caution, Verdict};
-use crate::selection::acceptance::SelectionSettings;
-use crate::verdict::decision::{Decision, LEAST_GAIN, decide, learn_corrections};
-use crate::verdict::preparation::{Prepared, prepare};
+use crate::schema::Caution;
+use crate::verdict::calibrated::Calibrated;
+use crate::verdict::checked::Checked;
+use crate::verdict::decision::{Decision, LEAST_GAIN};
+use crate::verdict::options::Options;
 
 /// Factor between two standard deviations over runs from which one set varies a column and the other does not.
 const MUCH_MORE: f64 = 4.0;
@@ -70,20 +70,17 @@ pub fn varied_in_calibration(calibration: &RunSet, measured: &RunSet, own: &Laws
 /// # Errors
 /// [`DiagnoseError::Unusable`] where the calibration runs show a law along a column that only they vary.
 pub fn look(
-    calibration: &RunSet,
-    measured: &RunSet,
+    Checked { calibration, measured, .. }: &Checked<'_>,
     reference: &ReferenceCurves,
-    settings: &SelectionSettings,
-    errors: &[CovariateError],
-    own: &LawsFile,
+    options: &Options,
 ) -> Result<Option<Caution>, DiagnoseError> {
-    let columns = varied_in_calibration(calibration, measured, own);
+    let columns = varied_in_calibration(calibration, measured, &options.own);
     if columns.is_empty() {
         return Ok(None);
     }
     let names = columns.iter().map(|c| c.name()).collect::<Vec<_>>().join(", ");
     let [c, m] = [calibration, measured].map(|set| set.path.display());
-    let found = in_exchanged_roles(calibration, measured, reference, settings, errors, &columns);
+    let found = in_exchanged_roles(calibration, measured, reference, options, &columns);
     if let Some((law, gain)) = found {
         return Err(DiagnoseError::Unusable {
             path: calibration.path.clone(),
@@ -111,17 +108,14 @@ fn in_exchanged_roles(
     calibration: &RunSet,
     measured: &RunSet,
     reference: &ReferenceCurves,
-    settings: &SelectionSettings,
-    errors: &[CovariateError],
+    options: &Options,
     columns: &[Column],
 ) -> Option<(&'static str, f64)> {
-    let Prepared { calibration_set, measured: mut set, calibration: fit, .. } =
-        prepare(measured, calibration, reference, settings).ok()?;
-    let corrections = learn_corrections(&set, errors);
-    corrections.iter().for_each(|c| c.apply(&mut set));
+    let exchanged = Checked { calibration: measured.clone(), measured: calibration, cautions: Vec::new() };
+    let calibrated = Calibrated::new(&exchanged, reference, options).ok()?;
     let Decision { verdict, selection, hypotheses, .. } =
-        decide(&set, &calibration_set, reference, &fit, &corrections, settings);
-    if !matches!(verdict, Verdict::Named | Verdict::Ambiguous) {
+        calibrated.basis(reference, &options.settings).decide(&calibrated.measured);
+    if !verdict.is_claim() {
         return None;
     }
     let laws = selection.accepted().iter().zip(&hypotheses).map(|(active, h)| (active.law, h.gain_2ll));

@@ -8,30 +8,29 @@
 
 use fingerpad_smooth::{Parameter, ReferenceCurves};
 
-use crate::data::checks::{check, check_distinct, check_pair};
-use crate::data::covariates::Correction;
-use crate::data::own_columns::{at_reference, require};
+use crate::data::checks::check_distinct;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::Law;
 use crate::model::active_law::{ActiveLaw, weak_prior};
 use crate::model::finger_law::FingerLaw;
 use crate::schema::{
-    FingerAlone, FingerSize, FittedParameter, GroupDiagnosis, GroupVerdict, Rescale, SharedLaw, SharedSize, Verdict,
+    Caution, FingerAlone, FingerSize, FittedParameter, GroupDiagnosis, GroupVerdict, Rescale, SharedLaw, SharedSize,
 };
 use crate::selection::acceptance::loosest;
 use crate::selection::forward::ROUNDS;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, grid_of, scored};
 use crate::selection::starts::wrong_way;
-use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::projection::Projection;
 use crate::statistics::tails::minus_ln_p;
-use crate::verdict::decision::{Decision, LEAST_GAIN, decide, families, learn_corrections};
-use crate::verdict::diagnosis::{IN_CALIBRATION, Options};
+use crate::verdict::calibrated::Calibrated;
+use crate::verdict::checked::Checked;
+use crate::verdict::decision::{Decision, LEAST_GAIN, families};
 use crate::verdict::effects_found::{FORM_ERROR, student_95};
+use crate::verdict::exchanged;
 use crate::verdict::instrument::NORMAL_95;
-use crate::verdict::preparation::{Prepared, prepare};
+use crate::verdict::options::Options;
 
 /// The runs of one finger.
 pub struct FingerSets {
@@ -73,7 +72,11 @@ pub fn diagnose_group(
     let mut prepared = Vec::new();
     for finger in fingers {
         stage(&format!("calibrating {}", finger.name));
-        prepared.push(OneFinger::prepare(finger, reference, options)?);
+        let checked = Checked::new(&finger.calibration, &finger.measured, &options.own)?;
+        let exchanged = exchanged::look(&checked, reference, options)?;
+        let calibrated = Calibrated::new(&checked, reference, options)?;
+        let cautions = checked.cautions.into_iter().chain(exchanged).chain(calibrated.cautions.clone()).collect();
+        prepared.push(OneFinger { name: &finger.name, calibrated, cautions });
     }
     let mut alone = Vec::new();
     for finger in &prepared {
@@ -122,44 +125,25 @@ fn verdict_of(laws: &mut Vec<SharedLaw>, options: &Options) -> GroupVerdict {
 }
 
 /// A finger with its calibration.
-struct OneFinger {
-    name: String,
-    calibration_set: RunSet,
-    measured: RunSet,
-    calibration: Calibration,
-    /// How columns with reading errors were corrected.
-    corrections: Vec<Correction>,
-}
-
-impl OneFinger {
-    fn prepare(finger: &FingerSets, reference: &ReferenceCurves, options: &Options) -> Result<Self, DiagnoseError> {
-        let FingerSets { name, calibration, measured } = finger;
-        check(calibration)?;
-        check(measured)?;
-        check_pair(calibration, measured)?;
-        check_distinct(measured, calibration, IN_CALIBRATION)?;
-        require(measured, &options.own)?;
-        let calibration = at_reference(calibration, &options.own);
-        let Prepared { calibration_set, mut measured, calibration, .. } =
-            prepare(&calibration, measured, reference, &options.settings)?;
-        let corrections = learn_corrections(&measured, &options.errors);
-        corrections.iter().for_each(|c| c.apply(&mut measured));
-        Ok(Self { name: name.clone(), calibration_set, measured, calibration, corrections })
-    }
+struct OneFinger<'f> {
+    name: &'f str,
+    calibrated: Calibrated,
+    /// What is to be said of its files.
+    cautions: Vec<Caution>,
 }
 
 /// A finger with its own decision and the evidence of every law at every shape.
 struct Scanned<'a> {
-    finger: &'a OneFinger,
+    finger: &'a OneFinger<'a>,
     decision: Decision<'a>,
     grid: Vec<GridPoint>,
     scores: Vec<ScoredGridPoint>,
 }
 
 impl<'a> Scanned<'a> {
-    fn new(finger: &'a OneFinger, reference: &'a ReferenceCurves, options: &Options) -> Self {
-        let OneFinger { calibration_set, measured, calibration, corrections, .. } = finger;
-        let decision = decide(measured, calibration_set, reference, calibration, corrections, &options.settings);
+    fn new(finger: &'a OneFinger<'a>, reference: &'a ReferenceCurves, options: &'a Options) -> Self {
+        let calibrated = &finger.calibrated;
+        let decision = calibrated.basis(reference, &options.settings).decide(&calibrated.measured);
         let selection = &decision.selection;
         let mut testable: Vec<&'static Law> = Vec::new();
         for point in &selection.grid {
@@ -187,7 +171,8 @@ impl<'a> Scanned<'a> {
     /// The size of a law at a held shape with its standard deviation, for each size parameter, and its gain.
     fn refitted(&self, point: &ActiveLaw, reference: &ReferenceCurves) -> (Vec<[f64; 2]>, f64) {
         let null = &self.decision.selection.null;
-        let mut task = self.finger.calibration.drifting(self.decision.drift).task(&self.finger.measured, reference);
+        let mut task =
+            self.finger.calibrated.calibration.drifting(self.decision.drift).task(self.decision.set, reference);
         let sd = |k: usize| if k < point.law.linear { weak_prior(point, k).1 } else { HELD };
         let place: usize = Parameter::COUNT + null.laws.iter().map(|active| active.values.len()).sum::<usize>();
         task.finger_laws.push(FingerLaw { active: point.clone(), sd: (0..point.values.len()).map(sd).collect() });
@@ -203,20 +188,21 @@ impl<'a> Scanned<'a> {
     }
 
     fn by_itself(&self) -> FingerAlone {
-        let Decision { verdict, selection, hypotheses, .. } = &self.decision;
-        let is_claimed = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
-        let change = |p: Parameter| (selection.null.parameters[p] - self.finger.calibration.fit.parameters[p]).exp();
+        let Decision { set, verdict, selection, hypotheses, .. } = &self.decision;
+        let Calibrated { calibration_set, calibration, .. } = &self.finger.calibrated;
+        let change = |p: Parameter| (selection.null.parameters[p] - calibration.fit.parameters[p]).exp();
         FingerAlone {
-            finger: self.finger.name.clone(),
-            runs: [&self.finger.calibration_set, &self.finger.measured].map(|set| set.runs.len()),
+            finger: self.finger.name.into(),
+            runs: [calibration_set, set].map(|set| set.runs.len()),
             verdict: *verdict,
-            laws: if is_claimed {
+            laws: if verdict.is_claim() {
                 hypotheses.iter().flat_map(families).map(str::to_owned).collect()
             } else {
                 Vec::new()
             },
             rescale: Rescale { stiffness: change(Parameter::NormalScale), strength: change(Parameter::StrengthScale) },
-            finger_laws: self.finger.calibration.fit.laws.iter().map(|active| active.law.name.to_owned()).collect(),
+            cautions: self.finger.cautions.clone(),
+            finger_laws: calibration.fit.laws.iter().map(|active| active.law.name.to_owned()).collect(),
         }
     }
 }
@@ -258,7 +244,7 @@ fn shared_law(
         let (found, refitted) = finger.refitted(point, reference);
         // The baseline's error of form has the same share of the refit's gain as of the scan's.
         let share = if gain > 0.0 { (excess / gain).clamp(0.0, 1.0) } else { 1.0 };
-        names.push(finger.finger.name.clone());
+        names.push(finger.finger.name.to_owned());
         gains.push(share * refitted.max(0.0));
         sizes.push(found);
         columns += of_finger;

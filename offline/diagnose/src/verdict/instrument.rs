@@ -3,16 +3,13 @@
 //!
 //! Main type: [`Differing`]; main functions: [`differing`], [`found`], [`effect`].
 
-use fingerpad_smooth::ReferenceCurves;
-
 use crate::data::lag::{Lag, with_lag};
 use crate::data::runs::RunSet;
-use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag, Verdict};
-use crate::statistics::calibration::Calibration;
-use crate::statistics::fit::{Fit, FitStart};
+use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag};
+use crate::statistics::fit::FitStart;
 use crate::statistics::lag::{LagEstimate, estimate};
 use crate::statistics::tails::minus_ln_p;
-use crate::verdict::decision::{Decision, LEAST_GAIN};
+use crate::verdict::decision::{Basis, Decision};
 use crate::verdict::effects_found::size_p90;
 
 /// Name and family of the effect.
@@ -31,55 +28,12 @@ pub struct Differing {
 
 /// A lag by which the measured runs differ from the calibration.
 ///
-/// * `set`: the measured runs with the calibration's lag
-/// * `null`: their fit without a law
-pub fn differing(
-    set: &RunSet,
-    reference: &ReferenceCurves,
-    calibration: &Calibration,
-    null: &Fit,
-) -> Option<Differing> {
-    let lag = estimate(set, calibration, reference, &calibration.prior(), FitStart::from(null))?;
-    Some(Differing { set: with_lag(set, lag.lag), lag })
-}
-
-/// Whether a lag of the measured runs explains them better than the laws that were found without it.
-fn explains_more(with_lag: &Decision<'_>, without: &Decision<'_>) -> bool {
-    let [with, without] = [with_lag, without].map(|d| d.task.minus_2ll_of_readings(&d.selection.fit));
-    with + LEAST_GAIN < without
-}
-
-/// The decision that stands: that of the measured runs as they are, or with a lag of their own.
-pub struct Chosen<'d, 'a> {
-    /// The decision.
-    pub decision: &'d Decision<'a>,
-    /// The lag of its own with which the set was decided.
-    pub lagging: Option<&'d Differing>,
-    /// The same where it is an effect.
-    pub lag_effect: Option<&'d Differing>,
-    /// The verdict, a lag that is an effect among its names.
-    pub verdict: Verdict,
-}
-
-/// Chooses between the decision of the measured runs as they are and that with a lag of their own.
-///
-/// * `calibration`: the effect-free runs
-pub fn chosen<'d, 'a>(
-    plain: &'d Decision<'a>,
-    with_own_lag: Option<&'d (&'d Differing, Decision<'a>)>,
-    calibration: &RunSet,
-) -> Chosen<'d, 'a> {
-    // Where the measured runs lag by more or less than the calibration, they are decided with their own lag.
-    let (decision, lagging) = match with_own_lag {
-        Some((differing, with)) if explains_more(with, plain) => (with, Some(*differing)),
-        _ => (plain, None),
-    };
-    let lag_effect = lagging.filter(|differing| differing.is_effect(calibration));
-    let verdict = match decision.verdict {
-        Verdict::None if lag_effect.is_some() => Verdict::Named,
-        other => other,
-    };
-    Chosen { decision, lagging, lag_effect, verdict }
+/// * `plain`: the decision of the measured runs with the calibration's lag
+pub fn differing(plain: &Decision<'_>, basis: &Basis<'_>) -> Option<Differing> {
+    let Basis { calibration, reference, .. } = basis;
+    let start = FitStart::from(&plain.selection.null);
+    let lag = estimate(plain.set, calibration, reference, &calibration.prior(), start)?;
+    Some(Differing { set: with_lag(plain.set, lag.lag), lag })
 }
 
 /// Speed at which a lag shows, mm/s: that of the rows that slide, weighed by its square, as the information on a lag is.
@@ -106,7 +60,7 @@ const NAMED: f64 = 4.0;
 
 impl Differing {
     /// Whether the difference is more than the errors of form of both files' lags.
-    fn is_effect(&self, calibration: &RunSet) -> bool {
+    pub fn is_effect(&self, calibration: &RunSet) -> bool {
         let sd_s = sd_s(&self.lag, &self.set).hypot(form_sd_s(calibration));
         self.lag.lag.total_s().abs() > NAMED * sd_s
     }
@@ -134,13 +88,13 @@ pub fn found(source: &str, estimate: &LagEstimate, before: Lag, set: &RunSet) ->
 
 /// The effect by which the measured runs differ from the calibration.
 ///
-/// * `without`, `with`: the measured runs with the calibration's lag and with their own, each with its decision
-pub fn effect(differing: &Differing, without: (&RunSet, &Decision<'_>), with: (&RunSet, &Decision<'_>)) -> EffectFound {
+/// * `without`, `with`: the decisions of the measured runs with the calibration's lag and with their own
+pub fn effect(differing: &Differing, without: &Decision<'_>, with: &Decision<'_>) -> EffectFound {
     let estimate = &differing.lag;
-    let half_s = NORMAL_95 * sd_s(estimate, with.0);
+    let half_s = NORMAL_95 * sd_s(estimate, with.set);
     let lag_s = estimate.lag.total_s();
-    let (rows, before) = of_readings(without.0, &prediction(without.1, &without.1.selection.null));
-    let (_, after) = of_readings(with.0, &prediction(with.1, &with.1.selection.null));
+    let (rows, before) = of_readings(without);
+    let (_, after) = of_readings(with);
     EffectFound {
         law: FORCE_LAG.into(),
         family: FORCE_LAG.into(),
@@ -167,13 +121,11 @@ pub fn effect(differing: &Differing, without: (&RunSet, &Decision<'_>), with: (&
     }
 }
 
-fn prediction(decision: &Decision<'_>, fit: &Fit) -> Vec<f64> {
-    decision.task.predict(&fit.parameters, &fit.laws)
-}
-
-/// The rows with readings, and their predictions: those that a set has with every lag.
-fn of_readings(set: &RunSet, prediction_n: &[f64]) -> (RunSet, Vec<f64>) {
-    let mut out = set.clone();
+/// The rows with readings, those that a set has with every lag, and their predictions without a law.
+fn of_readings(decision: &Decision<'_>) -> (RunSet, Vec<f64>) {
+    let null = &decision.selection.null;
+    let prediction_n = decision.task.predict(&null.parameters, &null.laws);
+    let mut out = decision.set.clone();
     let mut kept = Vec::new();
     let mut predicted = prediction_n.chunks_exact(3);
     for run in &mut out.runs {

@@ -4,8 +4,12 @@
 //! Main types: [`Decision`](decision::Decision), [`Evidence`](evidence::Evidence); main function:
 //! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input.
 
+mod calibrated;
 mod calibrated_range;
 pub mod candidate_designs;
+mod checked;
+mod cleaning;
+mod concluded;
 pub mod corrected_model;
 pub mod cross_validation;
 pub mod decision;
@@ -18,10 +22,11 @@ pub mod group;
 mod in_air;
 mod instrument;
 mod next_experiment;
+pub mod options;
 pub mod power;
-mod preparation;
 pub mod redecision;
 pub mod regions;
 mod report_sections;
+mod selected;
 pub mod stability;
 pub mod traces;

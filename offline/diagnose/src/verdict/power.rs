@@ -24,6 +24,7 @@ use crate::schema::{NotSimulated, Power, PowerCell, Rate, Verdict};
 use crate::selection::scan::{start_of, why_untestable};
 use crate::statistics::sign_flips::RandomSigns;
 use crate::statistics::task::Task;
+use crate::verdict::decision::Basis;
 use crate::verdict::effects_found::size_p90;
 use crate::verdict::redecision::{Outcome, Redecision};
 
@@ -159,11 +160,11 @@ fn cells(source: &Source<'_>, settings: &PowerSettings) -> (Vec<Cell>, Vec<NotSi
     if out.is_empty() {
         out.push(Cell { effect: None });
     }
-    for law in source.again.settings.laws.iter().copied() {
+    for law in source.again.basis.settings.laws.iter().copied() {
         if !settings.laws.is_empty() && !settings.laws.contains(&law.name) {
             continue;
         }
-        if let Some(reason) = why_untestable(law, source.again.set()) {
+        if let Some(reason) = why_untestable(law, source.again.set) {
             leave(law, 0.0, reason);
             continue;
         }
@@ -213,8 +214,8 @@ const SIZE_ERROR: f64 = 0.05;
 
 impl<'a> Source<'a> {
     fn new(again: &'a Redecision<'a>) -> Self {
-        let task = again.calibration.task(again.set(), again.reference);
-        let plain_n = task.predict(&again.calibration.fit.parameters, &again.calibration.fit.laws);
+        let task = again.basis.calibration.task(again.set, again.basis.reference);
+        let plain_n = task.predict(&again.basis.calibration.fit.parameters, &again.basis.calibration.fit.laws);
         Self { again, task, plain_n }
     }
 
@@ -230,7 +231,7 @@ impl<'a> Source<'a> {
 
     /// A law of this size with a drawn shape and sign.
     fn effect(&self, law: &'static Law, size: f64, draw: &mut Draw) -> Option<ActiveLaw> {
-        let calibrated = &self.again.calibration.fit;
+        let calibrated = &self.again.basis.calibration.fit;
         for _ in 0..DRAWS {
             let unit = drawn(law, draw);
             let mut factor = 1.0;
@@ -238,7 +239,7 @@ impl<'a> Source<'a> {
                 let active = scaled(&unit, factor);
                 let laws = [calibrated.laws.as_slice(), std::slice::from_ref(&active)].concat();
                 let with_n = self.task.predict(&calibrated.parameters, &laws);
-                let found = size_p90(self.again.set(), &self.plain_n, &with_n);
+                let found = size_p90(self.again.set, &self.plain_n, &with_n);
                 if (found / size - 1.0).abs() < SIZE_ERROR {
                     return Some(active);
                 }
@@ -250,10 +251,10 @@ impl<'a> Source<'a> {
 
     /// Readings of a drawn finger under laws, at the rows of the measured runs that have readings.
     fn read(&self, laws: &[ActiveLaw], draw: &mut Draw) -> RunSet {
-        let Redecision { evidence, calibration, reference, .. } = self.again;
+        let Basis { calibration, corrections, reference, .. } = &self.again.basis;
         // True state columns around their best guesses.
-        let mut truth = self.again.set().clone();
-        for correction in &evidence.corrections {
+        let mut truth = self.again.set.clone();
+        for correction in *corrections {
             correction.scatter(&mut truth, &mut || draw.normal());
         }
         let parameters = self.finger(draw);
@@ -266,7 +267,7 @@ impl<'a> Source<'a> {
         let prediction_n = task.predict_at(&parameters, &laws, &inside);
         // Errors that are alike in neighbouring rows: a first-order process with the same sum.
         let follows = calibration.correlation.map(|factor| (factor - 1.0) / (factor + 1.0));
-        let mut out = self.again.set().clone();
+        let mut out = self.again.set.clone();
         let mut at = 0;
         for (run, effects) in out.runs.iter_mut().zip(&effects) {
             let mut before: [Option<f64>; 3] = [None; 3];
@@ -288,7 +289,7 @@ impl<'a> Source<'a> {
 
     /// Parameters of the smooth model as they may be in the measured set, given the calibration.
     fn finger(&self, draw: &mut Draw) -> Parameters {
-        let prior = self.again.calibration.prior();
+        let prior = self.again.basis.calibration.prior();
         let normals = DVector::from_fn(Parameter::COUNT, |_, _| draw.normal());
         let change = prior.root.solve_upper_triangular(&normals).expect("a prior has a regular root");
         let mut out = prior.mean;
@@ -300,7 +301,7 @@ impl<'a> Source<'a> {
 
     /// Variances between runs as they may be, given those that so many calibration runs have.
     fn variances(&self, draw: &mut Draw) -> PerEffect {
-        let calibration = &self.again.calibration;
+        let calibration = &self.again.basis.calibration;
         let degrees = calibration.runs.saturating_sub(3).max(2);
         calibration.fit.variances.map(|variance| {
             let chi_squared: f64 = (0..degrees).map(|_| draw.normal().powi(2)).sum();

@@ -2,7 +2,6 @@
 
 use fingerpad_smooth::Parameter;
 
-use crate::data::runs::RunSet;
 use crate::laws::LawsFile;
 use crate::model::random_effects::RandomEffect;
 use crate::model::residual_sums::ResidualSums;
@@ -22,7 +21,6 @@ use crate::verdict::regions::{residual_map, strongest};
 /// The strokes that would separate the competing laws of an ambiguous verdict.
 pub fn next_experiment(
     decision: &Decision<'_>,
-    set: &RunSet,
     constraints: &PlanConstraints,
     own: &LawsFile,
 ) -> Option<NextExperiment> {
@@ -41,11 +39,11 @@ pub fn next_experiment(
             }
         }
     }
-    propose(&decision.task, set, &decision.selection.fit, &pairs, constraints, &own.columns)
+    propose(&decision.task, decision.set, &decision.selection.fit, &pairs, constraints, &own.columns)
 }
 
 /// Where baseline and measurement differ before any effect.
-pub fn disagreement(decision: &Decision<'_>, set: &RunSet, own: &LawsFile) -> Disagreement {
+pub fn disagreement(decision: &Decision<'_>, own: &LawsFile) -> Disagreement {
     let null = &decision.selection.null;
     let (mut rms, mut floor) = (ResidualSums::default(), ResidualSums::default());
     let residual_n = decision.task.residual_without_random_effects_n(null);
@@ -54,7 +52,7 @@ pub fn disagreement(decision: &Decision<'_>, set: &RunSet, own: &LawsFile) -> Di
     let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
     Disagreement {
         ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),
-        regions: strongest(&residual_map(set, own, &residual_n), 12),
+        regions: strongest(&residual_map(decision.set, own, &residual_n), 12),
         rms_n,
         floor_rms_n,
     }

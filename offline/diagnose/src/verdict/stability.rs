@@ -17,13 +17,13 @@ const FEWEST_RUNS: usize = 5;
 /// groups are drawn by the seed of the diagnosis, so that no regular protocol loses a condition at once. `None` where fewer
 /// than two groups can be left out.
 pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(dyn Fn() + Sync)) -> Option<Stability> {
-    let set = again.set();
+    let set = again.set;
     let runs = set.runs.len();
     let groups = groups.min(runs);
     if groups < 2 || runs - runs.div_ceil(groups) < FEWEST_RUNS {
         return None;
     }
-    let group_of = grouping(runs, groups, again.settings.seed);
+    let group_of = grouping(runs, groups, again.basis.settings.seed);
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, Outcome)>> = Mutex::new(Vec::new());
     std::thread::scope(|scope| {

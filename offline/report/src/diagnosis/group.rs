@@ -64,6 +64,11 @@ pub fn sentences(report: &GroupDiagnosis) -> Vec<String> {
     if let Some(best) = best.filter(|_| report.verdict != GroupVerdict::None) {
         out.extend(best.sizes.iter().map(heterogeneity));
     }
+    for finger in &report.fingers {
+        out.extend(
+            finger.cautions.iter().map(|caution| format!("{}, {}: {}", finger.finger, caution.role, caution.text)),
+        );
+    }
     out
 }
 
