@@ -27,21 +27,63 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.get((share * values.len().saturating_sub(1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
+type Sets<'a> = Vec<&'a Done>;
+
+fn of<'a>(done: &'a [Done], kind: &str) -> Sets<'a> {
+    done.iter().filter(|d| d.job.kind == kind).collect()
+}
+
+fn count(list: &[&Done], f: &dyn Fn(&Done) -> bool) -> usize {
+    list.iter().filter(|d| f(d)).count()
+}
+
+fn wrong(d: &Done) -> bool {
+    d.scored.class == Class::Wrong
+}
+
+/// Sets whose hidden effect alone was named.
+fn right(done: &[Done]) -> Sets<'_> {
+    of(done, "single").into_iter().filter(|d| d.scored.class == Class::Exact).collect()
+}
+
+/// The same with the form of the library's law and an interval.
+fn exact(done: &[Done]) -> Sets<'_> {
+    right(done).into_iter().filter(|d| d.exact_form && d.scored.covered.is_some()).collect()
+}
+
 /// Prints the card.
 pub fn card(done: &[Done], args: &Args) {
-    let of = |kind: &str| done.iter().filter(move |d| d.job.kind == kind).collect::<Vec<_>>();
-    let count = |list: &[&Done], f: &dyn Fn(&Done) -> bool| list.iter().filter(|d| f(d)).count();
     println!("{} sets; seeds {} ..", done.len(), done.first().map_or(0, |d| d.job.seed));
     println!(
         "required: an oracle with the simulator's tangents separates it from nothing by 40 and from any other family by 25"
     );
+    by_size_and_level(done);
+    singles(done);
+    lags(done);
+    without_effect(done);
+    pairs_and_others(done);
+    let mut times: Vec<f64> = done.iter().map(|d| d.scored.seconds).collect();
+    println!(
+        "\na diagnosis: median {:.2} s, p90 {:.2} s of processor time",
+        quantile(&mut times, 0.5),
+        quantile(&mut times, 0.9),
+    );
+    if args.verbose {
+        unexpected(done);
+        noise(done);
+        far_off(done);
+    }
+}
+
+/// Single effects by size and level of noise.
+fn by_size_and_level(done: &[Done]) {
     println!(
         "\nsize level | required exact | all 17: exact, with truth, none, part or extra, unexplained, wrong | before -> after, worst channel, median"
     );
     for size in [0.03, 0.10, 0.30] {
         for level in 0..3 {
             let cell: Vec<&Done> =
-                of("single").into_iter().filter(|d| d.job.size == size && d.job.level == level).collect();
+                of(done, "single").into_iter().filter(|d| d.job.size == size && d.job.level == level).collect();
             if cell.is_empty() {
                 continue;
             }
@@ -65,8 +107,11 @@ pub fn card(done: &[Done], args: &Args) {
             );
         }
     }
-    let single = of("single");
-    let wrong = |d: &Done| matches!(d.scored.class, Class::Wrong);
+}
+
+/// Single effects as a whole.
+fn singles(done: &[Done]) {
+    let single = of(done, "single");
     println!("\nwrong single name, all single sets: {}", percent(count(&single, &wrong), single.len()));
     let twins: Vec<&Done> =
         single.iter().copied().filter(|d| d.oracle.is_some_and(|o| o.indistinguishable())).collect();
@@ -84,7 +129,7 @@ pub fn card(done: &[Done], args: &Args) {
         "ambiguous settled by the proposed strokes: {}",
         percent(count(&settled, &|d| d.settled == Some(Class::Exact)), settled.len())
     );
-    let right: Vec<&Done> = single.iter().copied().filter(|d| d.scored.class == Class::Exact).collect();
+    let right = right(done);
     let mut after: Vec<f64> = right.iter().map(|d| d.scored.report.holdout.ratio_after).collect();
     println!(
         "held-out RMS over floor after the right name, worst channel: median {:.2}, p90 {:.2}; above before: {}",
@@ -103,14 +148,16 @@ pub fn card(done: &[Done], args: &Args) {
         100.0 * quantile(&mut errors, 0.9),
         errors.len()
     );
-    let exact: Vec<&Done> = right.iter().copied().filter(|d| d.exact_form && d.scored.covered.is_some()).collect();
+    let exact = exact(done);
     println!(
         "95 % interval covers, exact forms: {}",
         percent(count(&exact, &|d| d.scored.covered == Some(true)), exact.len())
     );
+}
 
-    let none = of("none");
-    lags(done);
+/// Sets without an effect.
+fn without_effect(done: &[Done]) {
+    let none = of(done, "none");
     println!(
         "\nnothing missing: false alarm {}; lone wrong name {}",
         // A lag of the measured runs alone is named rightly.
@@ -135,8 +182,12 @@ pub fn card(done: &[Done], args: &Args) {
         percent(count(&none, &with_spikes), none.len()),
         percent(count(&none, &is_red), none.len())
     );
+}
+
+/// Pairs, effects outside the library, drivers that are not recorded.
+fn pairs_and_others(done: &[Done]) {
     for size in [0.10, 0.30] {
-        let at = |kind: &str| of(kind).into_iter().filter(|d| d.job.size == size).collect::<Vec<_>>();
+        let at = |kind: &str| of(done, kind).into_iter().filter(|d| d.job.size == size).collect::<Vec<_>>();
         let (pairs, outside, lost) = (at("pair"), at("outside"), at("unrecorded"));
         println!("size {:.0} %", 100.0 * size);
         println!(
@@ -155,119 +206,122 @@ pub fn card(done: &[Done], args: &Args) {
             percent(count(&lost, &law), lost.len())
         );
     }
-    let mut times: Vec<f64> = done.iter().map(|d| d.scored.seconds).collect();
+}
+
+/// Sets that did not end as they should, and the number of each class.
+fn unexpected(done: &[Done]) {
+    let mut seen: BTreeMap<Class, usize> = BTreeMap::new();
+    for d in done {
+        *seen.entry(d.scored.class).or_default() += 1;
+        let wanted = match d.job.kind {
+            "none" => Class::Nothing,
+            "outside" | "unrecorded" => Class::Unexplained,
+            _ => Class::Exact,
+        };
+        if d.scored.class != wanted {
+            one(d);
+        }
+    }
+    println!("{seen:?}");
+}
+
+/// A set in three lines.
+fn one(d: &Done) {
+    let r = &d.scored.report;
+    let laws: Vec<String> = r
+        .effects
+        .iter()
+        .map(|e| {
+            format!(
+                "{} {:.3} gain {:.0} [{}]",
+                e.law,
+                e.parameters[0].value,
+                e.gain_2ll,
+                e.candidates
+                    .iter()
+                    .map(|c| format!("{} {:.1}/{:.1}", c.law, c.delta_2ll, c.lambda_rival))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )
+        })
+        .collect();
     println!(
-        "\na diagnosis: median {:.2} s, p90 {:.2} s of processor time",
-        quantile(&mut times, 0.5),
-        quantile(&mut times, 0.9),
+        "{} {} {:.0} % level {} {:?} {:?} oracle {} | {} {} {} gain {:.0} p {:.0e} {:.3} ratio {:.1}/{:.1}",
+        d.job.seed,
+        name(d.job.hide),
+        100.0 * d.job.size,
+        d.job.level,
+        d.scored.class,
+        d.settled,
+        d.oracle.map_or(String::new(), |o| format!("{:.0}/{:.0}", o.detect, o.rival)),
+        laws.join("; "),
+        r.unexplained.column,
+        r.unexplained.channel,
+        r.unexplained.gain,
+        r.unexplained.p_model,
+        r.unexplained.p_runs,
+        r.unexplained.scatter_ratio.normal,
+        r.unexplained.scatter_ratio.friction
     );
-    if args.verbose {
-        let mut seen: BTreeMap<Class, usize> = BTreeMap::new();
-        for d in done {
-            *seen.entry(d.scored.class).or_default() += 1;
-            let wanted = match d.job.kind {
-                "none" => Class::Nothing,
-                "outside" | "unrecorded" => Class::Unexplained,
-                _ => Class::Exact,
-            };
-            if d.scored.class != wanted {
-                let r = &d.scored.report;
-                let laws: Vec<String> = r
-                    .effects
-                    .iter()
-                    .map(|e| {
-                        format!(
-                            "{} {:.3} gain {:.0} [{}]",
-                            e.law,
-                            e.parameters[0].value,
-                            e.gain_2ll,
-                            e.candidates
-                                .iter()
-                                .map(|c| format!("{} {:.1}/{:.1}", c.law, c.delta_2ll, c.lambda_rival))
-                                .collect::<Vec<_>>()
-                                .join(", ")
-                        )
-                    })
-                    .collect();
-                println!(
-                    "{} {} {:.0} % level {} {:?} {:?} oracle {} | {} {} {} gain {:.0} p {:.0e} {:.3} ratio {:.1}/{:.1}",
-                    d.job.seed,
-                    name(d.job.hide),
-                    100.0 * d.job.size,
-                    d.job.level,
-                    d.scored.class,
-                    d.settled,
-                    d.oracle.map_or(String::new(), |o| format!("{:.0}/{:.0}", o.detect, o.rival)),
-                    laws.join("; "),
-                    r.unexplained.column,
-                    r.unexplained.channel,
-                    r.unexplained.gain,
-                    r.unexplained.p_model,
-                    r.unexplained.p_runs,
-                    r.unexplained.scatter_ratio.normal,
-                    r.unexplained.scatter_ratio.friction
-                );
-                let mut tests: Vec<_> = r.tests.iter().filter(|t| t.testable).collect();
-                tests.sort_by(|a, b| b.gain_2ll.total_cmp(&a.gain_2ll));
-                let best: Vec<String> = tests
-                    .iter()
-                    .take(4)
-                    .map(|t| format!("{} {:.0} p {:.0e} {:.3}", t.law, t.gain_2ll, t.p_model, t.p_runs))
-                    .collect();
-                let partial: Vec<String> =
-                    r.unexplained.partial.iter().map(|p| format!("{} {:.0}", p.law, p.delta_2ll)).collect();
-                let plans = r.next_experiment.iter().flat_map(|n| &n.prices);
-                let plans: Vec<String> = plans
-                    .map(|p| format!("{} {:.0} in {:.0} min", p.factor, p.lambda_rival_expected, p.minutes))
-                    .collect();
-                println!(
-                    "    hidden {} | best {} | partial {} | plan {} of {}",
-                    d.truth.join(", "),
-                    best.join("; "),
-                    partial.join(", "),
-                    r.next_experiment.as_ref().map_or("none", |n| &n.factor),
-                    plans.join("; ")
-                );
-            }
-        }
-        println!("{seen:?}");
-        noise(done);
-        for d in exact.iter().filter(|d| d.scored.covered == Some(false)) {
-            println!(
-                "not covered: {} {} {:.0} % level {}: {:.2} half-widths, error {:.1} %",
-                d.job.seed,
-                name(d.job.hide),
-                100.0 * d.job.size,
-                d.job.level,
-                d.scored.half_widths.unwrap_or(f64::NAN),
-                100.0 * d.scored.amplitude_error.unwrap_or(f64::NAN)
-            );
-        }
-        for d in right.iter().filter(|d| d.scored.amplitude_error.is_some_and(|e| e > 0.15)) {
-            println!(
-                "amplitude off: {} {} {:.0} % level {}: {:.0} %, {:.2} half-widths; hidden {}",
-                d.job.seed,
-                name(d.job.hide),
-                100.0 * d.job.size,
-                d.job.level,
-                100.0 * d.scored.amplitude_error.unwrap_or(f64::NAN),
-                d.scored.half_widths.unwrap_or(f64::NAN),
-                d.truth.join(", ")
-            );
-        }
-        for d in right.iter().filter(|d| d.scored.report.holdout.ratio_after > d.scored.report.holdout.ratio_before) {
-            let h = &d.scored.report.holdout;
-            println!(
-                "after above before: {} {} {:.0} % level {}: {:?} -> {:?} floor {:?}",
-                d.job.seed,
-                name(d.job.hide),
-                100.0 * d.job.size,
-                d.job.level,
-                h.rms_before_n,
-                h.rms_after_n,
-                h.floor_rms_n
-            );
-        }
+    let mut tests: Vec<_> = r.tests.iter().filter(|t| t.testable).collect();
+    tests.sort_by(|a, b| b.gain_2ll.total_cmp(&a.gain_2ll));
+    let best: Vec<String> = tests
+        .iter()
+        .take(4)
+        .map(|t| format!("{} {:.0} p {:.0e} {:.3}", t.law, t.gain_2ll, t.p_model, t.p_runs))
+        .collect();
+    let partial: Vec<String> = r.unexplained.partial.iter().map(|p| format!("{} {:.0}", p.law, p.delta_2ll)).collect();
+    let plans = r.next_experiment.iter().flat_map(|n| &n.prices);
+    let plans: Vec<String> =
+        plans.map(|p| format!("{} {:.0} in {:.0} min", p.factor, p.lambda_rival_expected, p.minutes)).collect();
+    println!(
+        "    hidden {} | best {} | partial {} | plan {} of {}",
+        d.truth.join(", "),
+        best.join("; "),
+        partial.join(", "),
+        r.next_experiment.as_ref().map_or("none", |n| &n.factor),
+        plans.join("; ")
+    );
+}
+
+/// Intervals that do not cover, amplitudes that are off, predictions that became worse.
+fn far_off(done: &[Done]) {
+    let (exact, right) = (exact(done), right(done));
+    for d in exact.iter().filter(|d| d.scored.covered == Some(false)) {
+        println!(
+            "not covered: {} {} {:.0} % level {}: {:.2} half-widths, error {:.1} %",
+            d.job.seed,
+            name(d.job.hide),
+            100.0 * d.job.size,
+            d.job.level,
+            d.scored.half_widths.unwrap_or(f64::NAN),
+            100.0 * d.scored.amplitude_error.unwrap_or(f64::NAN)
+        );
+    }
+    for d in right.iter().filter(|d| d.scored.amplitude_error.is_some_and(|e| e > 0.15)) {
+        println!(
+            "amplitude off: {} {} {:.0} % level {}: {:.0} %, {:.2} half-widths; hidden {}",
+            d.job.seed,
+            name(d.job.hide),
+            100.0 * d.job.size,
+            d.job.level,
+            100.0 * d.scored.amplitude_error.unwrap_or(f64::NAN),
+            d.scored.half_widths.unwrap_or(f64::NAN),
+            d.truth.join(", ")
+        );
+    }
+    for d in right.iter().filter(|d| d.scored.report.holdout.ratio_after > d.scored.report.holdout.ratio_before) {
+        let h = &d.scored.report.holdout;
+        println!(
+            "after above before: {} {} {:.0} % level {}: {:?} -> {:?} floor {:?}",
+            d.job.seed,
+            name(d.job.hide),
+            100.0 * d.job.size,
+            d.job.level,
+            h.rms_before_n,
+            h.rms_after_n,
+            h.floor_rms_n
+        );
     }
 }
 
