@@ -16,8 +16,6 @@ pub mod effects;
 mod error;
 pub mod events;
 mod example;
-#[cfg(feature = "frame")]
-mod frame;
 mod gradient;
 mod grip;
 mod math;
@@ -58,8 +56,6 @@ pub use data::{Model, ModelOf, NODES, SPRINGS};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use effects::{Contact, Effects, Surroundings};
 pub use error::{Error, Field};
-#[cfg(feature = "frame")]
-pub use frame::ContactFrame;
 pub use gradient::Gradient;
 pub use grip::Grip;
 pub use math::{Elementary, Scalar};

@@ -36,7 +36,7 @@ pub fn test() -> Result<()> {
     unpack_crate(CORE, folder.path())?;
     run(cargo_in(&folder.path().join(folder_of(CORE)))
         .env("CARGO_TARGET_DIR", root().join("target/package/tests"))
-        .args(["test", "--release", "--locked", "--features", "frame,serde,std"]))
+        .args(["test", "--release", "--locked", "--features", "serde,std"]))
 }
 
 /// Runs the tests of all packages from their packed archives.

@@ -11,10 +11,9 @@ use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, S
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
-    Contact, ContactFrame, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Response, SPRINGS,
-    SpinState, State, Surroundings, Tangential, Tuning,
+    Contact, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Response, SPRINGS, SpinState, State,
+    Surroundings, Tangential, Tuning,
 };
-use nalgebra::{Matrix3, Vector3};
 use panic_never as _;
 
 /// The step as a function of its own, for the stack check.
@@ -114,17 +113,11 @@ fn pads(bytes: &mut [u8], f: [f32; 4]) -> Option<Response> {
 }
 
 #[inline(never)]
-fn surroundings(r: &Response, f: [f32; 4], queue: &mut Queue<8>) -> (Option<Event>, Vector3<f32>) {
+fn surroundings(r: &Response, queue: &mut Queue<8>) -> Option<Event> {
     let (mut producer, mut consumer) = queue.split();
     let mut watch = Watch::new(1);
     watch.look(r, &mut producer);
-    let mut force = Vector3::new(f[0], f[1], f[2]);
-    if let Some(mut frame) = ContactFrame::new(Matrix3::from_diagonal_element(f[3]), force) {
-        black_box(frame.motion(force, f[3]));
-        frame.move_plane(force);
-        force = frame.force(r) + frame.contact_point();
-    }
-    (consumer.dequeue(), force)
+    consumer.dequeue()
 }
 
 #[entry]
@@ -139,7 +132,7 @@ fn main() -> ! {
         black_box(pads(black_box(&mut buffer), f));
         if let Some((r, state)) = setup(black_box(&buffer), f) {
             black_box(state);
-            black_box(surroundings(&r, f, &mut queue));
+            black_box(surroundings(&r, &mut queue));
         }
     }
 }
