@@ -5,17 +5,23 @@ use fingerpad_diagnose::{
     PlanConstraints, SelectionSettings, Verdict, diagnose_group, laws::Column,
 };
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::score::reference;
-use fingerpad_tests::synthetic_truth::sets::{Hide, case};
+use fingerpad_tests::synthetic_truth::sets::{Hide, case_of};
 
 /// Fingers of the first simulator whose friction changes with temperature by these sizes (90th percentile of the relative change of a
 /// force), from a seed on; size 0 for none. The sign of the change differs between seeds: `rising` keeps those where friction grows.
 fn fingers(first: u64, sizes: &[f64], rising: bool) -> Vec<FingerSets> {
+    fingers_in(Protocol::Plane, first, sizes, rising)
+}
+
+/// The same under another protocol.
+fn fingers_in(protocol: Protocol, first: u64, sizes: &[f64], rising: bool) -> Vec<FingerSets> {
     let law = LIBRARY.iter().position(|l| l.0 == "temperature").expect("a law of the library");
     let mut seeds = first..;
     let mut one = |&size: &f64| {
         let hide = if size > 0.0 { Hide::Law(law) } else { Hide::Nothing };
-        let cases = seeds.by_ref().map(|seed| case(seed, hide, size, 0, 30, true));
+        let cases = seeds.by_ref().map(|seed| case_of(protocol, seed, hide, size, 0, 30, true));
         let mut fitting = cases.filter(|made| !rising || made.truth[0].amplitude > 0.0);
         let made = fitting.next().expect("seeds do not end");
         FingerSets { name: format!("finger {}", made.seed), calibration: made.calibration, measured: made.measured }
@@ -88,4 +94,17 @@ fn different_sizes_are_reported_as_heterogeneity() {
     let ((unequal, p), (equal, _)) = (of([0.05, 0.1, 0.3, 0.3]), of([0.1; 4]));
     println!("scatter over mean: {unequal:.2} (p {p:.1e}) and {equal:.2}");
     assert!(p < 1e-3 && unequal > 2.0 * equal);
+}
+
+/// Forces of the measured runs that come 5 to 20 ms later than those of the calibration are each finger's own: they hide no shared law and
+/// make none.
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn a_lag_of_the_measured_runs_is_no_shared_law() {
+    let report = diagnosed(&fingers_in(Protocol::LagDiffers, 930, &[0.0; 3], false)).unwrap();
+    assert_eq!(report.verdict, GroupVerdict::None);
+    assert!(report.fingers.iter().all(|f| f.laws == ["force_lag"]));
+    let report = diagnosed(&fingers_in(Protocol::LagDiffers, 930, &[0.1; 3], true)).unwrap();
+    assert_eq!((report.verdict, report.laws[0].law.as_str()), (GroupVerdict::Shared, "temperature"));
+    assert!(report.fingers.iter().all(|f| f.laws.iter().any(|law| law == "force_lag")));
 }

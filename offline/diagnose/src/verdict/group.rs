@@ -16,6 +16,7 @@ use crate::model::active_law::{ActiveLaw, weak_prior};
 use crate::model::finger_law::FingerLaw;
 use crate::schema::{
     Caution, FingerAlone, FingerSize, FittedParameter, GroupDiagnosis, GroupVerdict, Rescale, SharedLaw, SharedSize,
+    Verdict,
 };
 use crate::selection::acceptance::loosest;
 use crate::selection::forward::ROUNDS;
@@ -29,7 +30,7 @@ use crate::verdict::checked::Checked;
 use crate::verdict::decision::{Decision, LEAST_GAIN, families};
 use crate::verdict::effects_found::{FORM_ERROR, student_95};
 use crate::verdict::exchanged;
-use crate::verdict::instrument::NORMAL_95;
+use crate::verdict::instrument::{FORCE_LAG, NORMAL_95};
 use crate::verdict::options::Options;
 
 /// The runs of one finger.
@@ -74,9 +75,17 @@ pub fn diagnose_group(
         stage(&format!("calibrating {}", finger.name));
         let checked = Checked::new(&finger.calibration, &finger.measured, &options.own)?;
         let exchanged = exchanged::look(&checked, reference, options)?;
-        let calibrated = Calibrated::new(&checked, reference, options)?;
+        let mut calibrated = Calibrated::new(&checked, reference, options)?;
         let cautions = checked.cautions.into_iter().chain(exchanged).chain(calibrated.cautions.clone()).collect();
-        prepared.push(OneFinger { name: &finger.name, calibrated, cautions });
+        stage(&format!("looking for a lag of {}", finger.name));
+        let lagging = calibrated.basis(reference, &options.settings).select(&calibrated.measured, |selected| {
+            selected.lagging.map(|differing| (differing.set.clone(), selected.lag_effect.is_some()))
+        });
+        let has_lag = lagging.as_ref().is_some_and(|(_, is_effect)| *is_effect);
+        if let Some((set, _)) = lagging {
+            calibrated.measured = set;
+        }
+        prepared.push(OneFinger { name: &finger.name, calibrated, has_lag, cautions });
     }
     let mut alone = Vec::new();
     for finger in &prepared {
@@ -127,7 +136,10 @@ fn verdict_of(laws: &mut Vec<SharedLaw>, options: &Options) -> GroupVerdict {
 /// A finger with its calibration.
 struct OneFinger<'f> {
     name: &'f str,
+    /// The measured runs have their own lag, where one differs from the calibration's.
     calibrated: Calibrated,
+    /// Whether such a lag is an effect.
+    has_lag: bool,
     /// What is to be said of its files.
     cautions: Vec<Caution>,
 }
@@ -190,16 +202,19 @@ impl<'a> Scanned<'a> {
     fn by_itself(&self) -> FingerAlone {
         let Decision { set, verdict, selection, hypotheses, .. } = &self.decision;
         let Calibrated { calibration_set, calibration, .. } = &self.finger.calibrated;
+        let has_lag = self.finger.has_lag;
+        let verdict = if has_lag && *verdict == Verdict::None { Verdict::Named } else { *verdict };
+        let mut laws: Vec<String> = Vec::new();
+        if verdict.is_claim() {
+            laws.extend(has_lag.then(|| FORCE_LAG.into()));
+            laws.extend(hypotheses.iter().flat_map(families).map(str::to_owned));
+        }
         let change = |p: Parameter| (selection.null.parameters[p] - calibration.fit.parameters[p]).exp();
         FingerAlone {
             finger: self.finger.name.into(),
             runs: [calibration_set, set].map(|set| set.runs.len()),
-            verdict: *verdict,
-            laws: if verdict.is_claim() {
-                hypotheses.iter().flat_map(families).map(str::to_owned).collect()
-            } else {
-                Vec::new()
-            },
+            verdict,
+            laws,
             rescale: Rescale { stiffness: change(Parameter::NormalScale), strength: change(Parameter::StrengthScale) },
             cautions: self.finger.cautions.clone(),
             finger_laws: calibration.fit.laws.iter().map(|active| active.law.name.to_owned()).collect(),
