@@ -168,7 +168,7 @@ fn verify(args: Vec<String>) -> anyhow::Result<()> {
 
 /// Tables with planted errors, which take long.
 fn tables() -> anyhow::Result<()> {
-    cargo(&["test", "--release", "--package", "fingerpad-table", "--test", "planted", "--", "--ignored"], &[])?;
+    cargo(&["test", "--release", "--package", "fingerpad-identify", "--test", "planted", "--", "--ignored"], &[])?;
     cargo(&["test", "--release", "--package", "fingerpad-tests", "--test", "all", "table::", "--", "--ignored"], &[])
 }
 

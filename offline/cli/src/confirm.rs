@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use fingerpad_confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
 use fingerpad_diagnose::Evidence;
+use fingerpad_diagnose::confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
 use fingerpad_fe::experiment::press_to;
 use fingerpad_fe::load_path::{Clearance, LoadPathError, Problem};
 use fingerpad_fe::mesh::MeshPreset;

@@ -9,10 +9,10 @@ use fingerpad_diagnose::InputFile;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::ColumnNames;
+use fingerpad_identify::table_diagnosis::{self, Finding, Input, MeasuredTable, TableError};
 use fingerpad_identify::{Hooks, IdentifyError, StateCache, table_csv};
 use fingerpad_reduce::DesignSettings;
 use fingerpad_report as report;
-use fingerpad_table::{Finding, Input, MeasuredTable, TableError};
 use sha2::Digest;
 
 use super::config::ConfigFile;
@@ -95,7 +95,7 @@ pub fn diagnose(
     std::fs::create_dir_all(&folder).map_err(|source| fingerpad_formats::Error::File { path: folder, source })?;
     let cache = StateCache::open(&kept)?;
     let input = Input { config: &config, settings: &settings, table, jobs };
-    let result = fingerpad_table::diagnose(&input, cache, &hooks);
+    let result = table_diagnosis::diagnose(&input, cache, &hooks);
     bar.finish_and_clear();
     let mut finding = result.map_err(|error| match error {
         TableError::Fe(IdentifyError::Interrupted) => {

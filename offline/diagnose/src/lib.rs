@@ -5,6 +5,7 @@
 //!
 //! | room | what for |
 //! |---|---|
+//! | `confirm` | the named effect inside the finite elements, on measured strokes |
 //! | `reduced_input` | diagnoses from a trace of forces alone or a table |
 //! | `verdict` | what may be claimed, its report, the next experiment, the corrected model |
 //! | `selection` | which laws the runs ask for, and what competes with them |
@@ -16,8 +17,9 @@
 //!
 //! Main types: [`RunSet`] (measured runs), [`laws::Law`] (the library), [`Diagnosis`] (the report), [`Evidence`] (what
 //! stands behind it). May use: `fingerpad-smooth` (the model of the inference), `fingerpad` (model files),
-//! `fingerpad-formats` (errors of readers).
+//! `fingerpad-formats` (errors of readers), `fingerpad-fe` (`confirm` alone).
 
+pub mod confirm;
 mod data;
 mod error;
 pub mod laws;
@@ -40,7 +42,6 @@ pub use error::DiagnoseError;
 pub use laws::{LawsFile, OwnColumn, OwnFormula, TableTold};
 pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
-pub use model::residual_sums::ResidualSums;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
@@ -54,7 +55,6 @@ pub use statistics::calibration::{Calibration, calibrate};
 pub use statistics::task::Task;
 pub use verdict::candidate_designs::PlanConstraints;
 pub use verdict::corrected_model::{CorrectedModel, corrected_model};
-pub use verdict::cross_validation::noise_floor_n;
 pub use verdict::diagnosis::diagnose;
 pub use verdict::dry_run::understand;
 pub use verdict::evidence::{DriverPlot, Evidence};

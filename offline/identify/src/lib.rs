@@ -5,8 +5,9 @@
 //! area, searches the law's constants by space mapping and Gauss–Newton and by the downhill simplex of Yoshida et al.
 //! 2011, and returns an [`Outcome`]. Its tools: [`Evaluator`] and [`FeModel`] compute steady slides by finite elements
 //! and keep them in a [`StateCache`]; [`FingerPoint`] and [`LawPoint`] are points of the two parameter spaces;
-//! [`population`] compares subjects.
-//! May use: the crates fe, formats and least-squares.
+//! [`population`] compares subjects. [`table_diagnosis`] looks for the effect that closes the gap between a table and the
+//! finite elements.
+//! May use: the crates fe, formats and least-squares; `table_diagnosis` also diagnose.
 
 pub mod bounded_least_squares;
 mod calibrate;
@@ -36,6 +37,7 @@ mod steady;
 pub mod surrogate;
 mod table;
 pub mod table_csv;
+pub mod table_diagnosis;
 mod tau0;
 
 pub use calibration_parameter::{CalibrationParameter, FingerPoint};

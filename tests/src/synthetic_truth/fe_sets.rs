@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fingerpad_confirm::{FeStroke, Prepared, Ran};
+use fingerpad_diagnose::confirm::{FeStroke, Prepared, Ran};
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{Evidence, FeConfirmation, RunSet};
 use fingerpad_fe::experiment::{Config, Shape};

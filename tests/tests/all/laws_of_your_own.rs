@@ -1,6 +1,6 @@
 //! A law of the user's own in the diagnosis: a hidden electroadhesion is named with its file of laws and refused without.
 
-use fingerpad_confirm::{FeRow, FeStroke, FingerScale};
+use fingerpad_diagnose::confirm::{FeRow, FeStroke, FingerScale};
 use fingerpad_diagnose::laws::{Column, find};
 use fingerpad_diagnose::{
     ActiveLaw, DiagnoseError, Diagnosis, Evidence, LawsFile, Options, PlanConstraints, RunSet, SelectionSettings,

@@ -14,33 +14,28 @@ const IDENTIFY: &str = "fingerpad-identify";
 const REDUCE: &str = "fingerpad-reduce";
 const SMOOTH: &str = "fingerpad-smooth";
 const DIAGNOSE: &str = "fingerpad-diagnose";
-const CONFIRM: &str = "fingerpad-confirm";
-const TABLE: &str = "fingerpad-table";
 const REPORT: &str = "fingerpad-report";
 const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] =
-    &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, FMU];
+const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 15] = [
+const MAY_USE: [(&str, &[&str]); 13] = [
     (CORE, &[]),
     (FORMATS, &[]),
     (LEAST_SQUARES, &[]),
     (FE, &[CORE, FORMATS, LEAST_SQUARES]),
-    (IDENTIFY, &[FE, FORMATS, LEAST_SQUARES]),
+    (IDENTIFY, &[DIAGNOSE, FE, FORMATS, LEAST_SQUARES]),
     (REDUCE, &[FE, FORMATS, LEAST_SQUARES, CORE]),
     (SMOOTH, &[CORE, LEAST_SQUARES]),
-    (DIAGNOSE, &[CORE, FORMATS, SMOOTH]),
-    (CONFIRM, &[DIAGNOSE, SMOOTH, FE, FORMATS, CORE]),
-    (TABLE, &[IDENTIFY, DIAGNOSE, FE, FORMATS]),
-    (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, TABLE, FE, FORMATS, CORE, SMOOTH]),
+    (DIAGNOSE, &[CORE, FORMATS, SMOOTH, FE]),
+    (REPORT, &[IDENTIFY, REDUCE, DIAGNOSE, FE, FORMATS, CORE, SMOOTH]),
     (FMU, &[CORE]),
     (CLI, LIBRARIES),
-    (TESTS, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI, XTASK]),
-    (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, CONFIRM, TABLE, REPORT, CLI]),
+    (TESTS, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, CLI, XTASK]),
+    (XTASK, &[CORE, FORMATS, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, CLI]),
 ];
 
 /// Contradictions between `cargo metadata` and the table, one line each.
@@ -75,12 +70,6 @@ fn cargo(words: &[&str]) -> String {
     String::from_utf8(out.stdout).unwrap()
 }
 
-/// Names of all packages that end up in a build of `package`, its own tests left out.
-fn closure(package: &str) -> BTreeSet<String> {
-    let tree = ["tree", "--package", package, "--edges", "normal,build", "--prefix", "none", "--format", "{p}"];
-    cargo(&tree).lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
-}
-
 #[test]
 fn the_crates_have_one_direction() {
     let metadata = serde_json::from_str(&cargo(&["metadata", "--no-deps", "--format-version", "1"])).unwrap();
@@ -96,13 +85,6 @@ fn one_nalgebra_is_compiled() {
     let versions: BTreeSet<&str> =
         tree.lines().filter_map(|line| line.strip_prefix("nalgebra ")?.split(" ").next()).collect();
     assert_eq!(versions.len(), 1, "{versions:?}: set the version of `fingerpad` in Cargo.lock to that of the others");
-}
-
-/// A diagnosis needs no sparse solver, whose compilation takes longest of all.
-#[test]
-fn diagnose_is_built_without_faer() {
-    assert!(!closure(DIAGNOSE).contains("faer"), "{DIAGNOSE} uses faer");
-    assert!(closure(FE).contains("faer"), "the closure does not show faer where it is");
 }
 
 /// The workspace of the table, in which every package uses all that it may.
@@ -136,9 +118,9 @@ fn what_the_table_allows_passes_and_has_no_circle() {
 #[test]
 fn a_forbidden_arrow_is_named() {
     for (from, to, kind) in [
-        (DIAGNOSE, FE, Value::Null),
+        (DIAGNOSE, IDENTIFY, Value::Null),
         (FE, REDUCE, Value::Null),
-        (REPORT, CONFIRM, json!("build")),
+        (REPORT, FMU, json!("build")),
         (FORMATS, TESTS, json!("dev")),
         (CLI, XTASK, Value::Null),
         (CORE, FORMATS, json!("dev")),

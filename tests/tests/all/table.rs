@@ -10,10 +10,10 @@ use fingerpad_fe::experiment::{Config, press_and_slide};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::ColumnNames;
 use fingerpad_identify::table_csv::{Cell, PartialRow, read_partial};
-use fingerpad_identify::{Evaluator, Hooks, Query, Settings, StateCache};
-use fingerpad_table::{
+use fingerpad_identify::table_diagnosis::{
     CorrectedFinger, Effect, Elastic, Finding, Input, MeasuredTable, Parameter, Values, diagnose, place_of, read,
 };
+use fingerpad_identify::{Evaluator, Hooks, Query, Settings, StateCache};
 use fingerpad_tests::random::Random;
 
 const DEPTHS_MM: [f64; 4] = [0.75, 1.0, 1.25, 1.5];

@@ -2,7 +2,7 @@
 //! simulation and measurement disagree, what to measure next.
 //!
 //! Main types: [`Decision`](decision::Decision), [`Evidence`](evidence::Evidence); main function:
-//! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input.
+//! [`diagnose`](diagnosis::diagnose). May use: all other rooms but reduced_input and confirm.
 
 mod calibrated;
 mod calibrated_range;

@@ -4,7 +4,7 @@ use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
 use crate::colour::{ESTIMATE, FAINT, GREY, INK, MODEL, PAIR, WHITE};
 use crate::identify::plot::{Plot, Scale};
 use crate::numbers::fixed;
-use fingerpad_table::{CandidateReport, CellGap, QUANTITIES, TableSection};
+use fingerpad_identify::table_diagnosis::{CandidateReport, CellGap, QUANTITIES, TableSection};
 
 /// Names of the axes, in the order of the quantities.
 const LABELS: [&str; 3] = ["Normal force, N", "Contact area, mm²", "Friction coefficient F/N"];

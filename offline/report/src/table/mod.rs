@@ -1,12 +1,12 @@
 //! A diagnosis of a table becomes a page, its numbers and its figures.
 //!
-//! Main function: [`render`]. Computes only differences of its inputs. May use: table, diagnose.
+//! Main function: [`render`]. Computes only differences of its inputs. May use: identify, diagnose.
 
 mod figures;
 mod page;
 
 use super::{Rendered, ReportError, canvas, html::Picture};
-use fingerpad_table::Finding;
+use fingerpad_identify::table_diagnosis::Finding;
 
 /// Makes page, numbers and figures.
 ///

@@ -6,7 +6,7 @@ use crate::diagnosis::word;
 use crate::html::{Picture, cell, difference, document, figures, prose, table};
 use crate::numbers::{fixed, signed, significant};
 use fingerpad_diagnose::Verdict;
-use fingerpad_table::{CandidateReport, Finding, QUANTITIES, TableSection};
+use fingerpad_identify::table_diagnosis::{CandidateReport, Finding, QUANTITIES, TableSection};
 
 /// The page as one file.
 pub fn page(finding: &Finding, pictures: &[Picture; 2]) -> String {

@@ -1,10 +1,9 @@
 //! The measured table as input of the diagnosis: cells with their errors, depths in rising order.
 
-use fingerpad_identify::table_csv::{Cell, PartialRow};
-
 use super::TableError;
+use crate::table_csv::{Cell, PartialRow};
 
-/// Quantities of a row, in the order of every triple of this crate.
+/// Quantities of a row, in the order of every triple of this room.
 pub const QUANTITIES: [&str; 3] = ["normal_force_n", "contact_area_mm2", "friction_coefficient"];
 
 /// Standard deviation of a cell whose table has none, as a share of its value: that of `identify`'s calibration.

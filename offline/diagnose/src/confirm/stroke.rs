@@ -2,14 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use fingerpad_diagnose::laws::{Change, REFERENCE_AREA_MM2, Row};
-use fingerpad_diagnose::{ActiveLaw, Run};
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::load_path::{
     Drive, LoadPathError, Path, Problem, Progress, Response, Waypoint, follow_path_with_law,
 };
 
-use super::scale::{FingerScale, Refit};
+use crate::confirm::scale::{FingerScale, Refit};
+use crate::data::runs::Run;
+use crate::laws::{Change, REFERENCE_AREA_MM2, Row};
+use crate::model::active_law::ActiveLaw;
 
 /// Most rows of a run at which the finite elements are evaluated; longer runs are thinned.
 const MOST_ROWS: usize = 40;

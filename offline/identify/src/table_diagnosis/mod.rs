@@ -1,10 +1,9 @@
 //! A measured table against the finite elements: the gap cell by cell, every candidate explanation, the verdict.
 //!
 //! [`diagnose`] turns an [`Input`] into a [`Finding`]: the report, the corrected configuration and the corrected table.
-//! The finite elements (crate identify: steady slides, cached) are run on a small design over depth, law and bone
-//! clearance; candidates are fitted on a regression through it and checked by finite elements at their ends. Effects of
-//! the instruments need no finite elements of their own. May use: the crates identify, diagnose (the report's form), fe
-//! and formats.
+//! The finite elements (steady slides, cached) are run on a small design over depth, law and bone clearance; candidates
+//! are fitted on a regression through it and checked by finite elements at their ends. Effects of the instruments need no
+//! finite elements of their own. May use: the rest of this crate, `fingerpad-fe`, `fingerpad-diagnose` (the report's form).
 
 mod corrected;
 mod decide;
@@ -32,7 +31,8 @@ pub use surface::FittedSurface;
 pub use verdict::{APART, Answer};
 
 use fingerpad_fe::experiment::ConfigError;
-use fingerpad_identify::IdentifyError;
+
+use crate::IdentifyError;
 
 /// Why a table has no diagnosis.
 #[derive(Debug, thiserror::Error)]

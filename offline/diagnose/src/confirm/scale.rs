@@ -3,10 +3,10 @@
 //!
 //! Main types: [`FingerScale`], [`Refit`].
 
+use fingerpad_smooth::{MIDDLE_MM, SmoothModel, U_RANGE};
 use nalgebra::{DMatrix, DVector};
 
-use fingerpad_diagnose::laws::Row;
-use fingerpad_smooth::{MIDDLE_MM, SmoothModel, U_RANGE};
+use crate::laws::Row;
 
 /// Number of coefficients: three of the stiffness, three of the strength over depth, four of the strength over direction.
 const COEFFICIENTS: usize = 10;

@@ -8,9 +8,9 @@
 use nalgebra::DMatrix;
 
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
-use fingerpad_identify::LawPoint;
 
 use super::reading::{Elastic, ElasticPlace, Surface};
+use crate::LawPoint;
 
 /// Terms of the regression over depth and law, and over depth and bone clearance.
 const LAW_TERMS: usize = 18;

@@ -4,9 +4,9 @@
 //! table).
 
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_identify::LawPoint;
 
 use super::parameters::{Parameter, Values};
+use crate::LawPoint;
 
 /// Contact area at which pull-off and stiffening are stated, mm² and mm: those of the diagnosis of runs.
 const ADHESION_AREA_MM2: f64 = 63.5;

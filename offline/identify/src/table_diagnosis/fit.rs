@@ -5,13 +5,12 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use fingerpad_identify::IdentifyError;
-use fingerpad_identify::bounded_least_squares::{self as least_squares, Stop, Variable};
-
 use super::TableError;
 use super::measured::{Measured, MeasuredTable};
 use super::parameters::{CONSTANTS, Effect, Parameter, Values};
 use super::reading::{Surface, predict};
+use crate::IdentifyError;
+use crate::bounded_least_squares::{self as least_squares, Stop, Variable};
 
 /// Standard deviation of the logarithm of the table's noise over its stated value: without a spread the stated value is
 /// an assumption, with one it is an estimate from few repeats.

@@ -7,7 +7,7 @@
 use fingerpad_diagnose::Verdict;
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
 use fingerpad_identify::table_csv::{Cell, PartialRow};
-use fingerpad_table::{
+use fingerpad_identify::table_diagnosis::{
     Answer, Candidate, Effect, Elastic, ElasticPlace, MeasuredTable, Parameter, Search, Surface, Task, Values, predict,
 };
 

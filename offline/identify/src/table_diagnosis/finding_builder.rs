@@ -137,7 +137,7 @@ impl FindingBuilder<'_> {
         let table = &self.input.table;
         let [normal, area, coefficient] = MeasuredTable::cells(&table.rows[row]);
         let modelled = self.best().readings[table.slot[row]];
-        let taken = |cell: Option<fingerpad_identify::table_csv::Cell>, q: usize| cell.map_or(modelled[q], |c| c.value);
+        let taken = |cell: Option<crate::table_csv::Cell>, q: usize| cell.map_or(modelled[q], |c| c.value);
         let left = corrected(&self.best().values, taken(normal, 0), taken(coefficient, 2), taken(area, 1))?;
         [Some(left[0]), None, Some(left[1])][quantity]
     }

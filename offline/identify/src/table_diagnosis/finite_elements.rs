@@ -4,13 +4,11 @@
 
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::mesh::FingertipShape;
-use fingerpad_identify::{
-    CalibrationParameter, Evaluator, FeModel, IdentifyError, Key, LawPoint, Query, Steady, key_of,
-};
 
 use super::TableError;
 use super::reading::{Elastic, ElasticPlace};
 use super::surface::FittedSurface;
+use crate::{CalibrationParameter, Evaluator, FeModel, IdentifyError, Key, LawPoint, Query, Steady, key_of};
 
 /// Depths of the surface: from this share of the table's least to that of its largest.
 const DEPTH_RANGE: [f64; 2] = [0.8, 1.12];

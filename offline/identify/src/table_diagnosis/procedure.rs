@@ -4,7 +4,6 @@
 
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::Clearance;
-use fingerpad_identify::{Evaluator, FeModel, Hooks, LawPoint, Settings, StateCache};
 
 use super::TableError;
 use super::corrected::CorrectedFinger;
@@ -18,6 +17,7 @@ use super::reading::{Elastic, Surface, place_of, predict, read};
 use super::search::{Search, exact, testable};
 use super::surface::FittedSurface;
 use super::verdict::Answer;
+use crate::{Evaluator, FeModel, Hooks, LawPoint, Settings, StateCache};
 
 /// Deepest place as a share of the clearance under the bone.
 const ROOM: f64 = 0.8;

@@ -2,14 +2,19 @@
 //!
 //! Main types: [`Prepared`], [`Confirmation`].
 
-use fingerpad_diagnose::laws::{Change, Column, Place, Row};
-use fingerpad_diagnose::{ActiveLaw, Evidence, FeConfirmation, ResidualSums, RunSet, noise_floor_n};
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_smooth::{MIDDLE_MM, Parameters, ReferenceCurves};
 
-use super::choice::spread;
-use super::scale::{FingerScale, FittedRow, Refit};
-use super::stroke::{FeRow, FeStroke, kept_rows};
+use crate::confirm::choice::spread;
+use crate::confirm::scale::{FingerScale, FittedRow, Refit};
+use crate::confirm::stroke::{FeRow, FeStroke, kept_rows};
+use crate::data::runs::RunSet;
+use crate::laws::{Change, Column, Place, Row};
+use crate::model::active_law::ActiveLaw;
+use crate::model::residual_sums::ResidualSums;
+use crate::schema::FeConfirmation;
+use crate::verdict::cross_validation::noise_floor_n;
+use crate::verdict::evidence::Evidence;
 
 /// Rounds of calibration at most.
 pub const ROUNDS: usize = 4;

@@ -4,10 +4,10 @@
 
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::FingertipShape;
-use fingerpad_identify::{CalibrationParameter, FingerPoint};
 
 use super::parameters::{Parameter, Values};
 use super::reading::{law_of, place_of};
+use crate::{CalibrationParameter, FingerPoint};
 
 /// Finger, law and depths of a fit.
 #[derive(Clone, Debug, PartialEq)]

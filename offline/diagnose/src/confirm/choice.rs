@@ -1,7 +1,7 @@
 //! Choice of representative runs of a set: far from each other in depth, direction and the driver of the effect.
 
-use fingerpad_diagnose::RunSet;
-use fingerpad_diagnose::laws::Column;
+use crate::data::runs::RunSet;
+use crate::laws::Column;
 
 /// Rank of each value among all, 0 to 1; equal values share it.
 fn ranks(values: &[f64]) -> Vec<f64> {
