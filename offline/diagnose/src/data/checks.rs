@@ -4,6 +4,7 @@
 use fingerpad_formats::significant;
 
 use crate::data::content::repeated;
+use crate::data::median::median;
 use crate::data::runs::{Run, RunSet};
 use crate::error::DiagnoseError;
 
@@ -12,11 +13,6 @@ pub const LEAST_RUNS: usize = 5;
 
 fn unusable(set: &RunSet, problem: String) -> DiagnoseError {
     DiagnoseError::Unusable { path: set.path.clone(), problem }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Depth and reading of the deepest row of a run that has a reading.
@@ -178,8 +174,7 @@ fn units_within(set: &RunSet) -> Result<(), DiagnoseError> {
         ("slide_x_mm, slide_y_mm", |r| r.slide_mm.iter().map(|s| s[0].hypot(s[1])).fold(0.0, f64::max)),
     ];
     for (column, of) in quantities {
-        let values: Vec<f64> = set.runs.iter().map(of).filter(|v| *v > 0.0).collect();
-        let middle = median(values);
+        let Some(middle) = median(set.runs.iter().map(of).filter(|v| *v > 0.0)) else { continue };
         for run in &set.runs {
             let v = of(run);
             if v > 200.0 * middle || (column == "depth_mm" && v > 0.0 && v < middle / 200.0) {
@@ -203,7 +198,7 @@ const POSSIBLE_N_PER_MM: [f64; 2] = [1e-3, 100.0];
 /// Forces that no fingertip has at these depths are in another unit.
 fn possible_forces(set: &RunSet) -> Result<(), DiagnoseError> {
     let ratios = set.runs.iter().map(deepest).map(|(depth_mm, [normal_n, ..])| normal_n.abs() / depth_mm);
-    let middle = median(ratios.collect());
+    let Some(middle) = median(ratios) else { return Ok(()) };
     let [low, high] = POSSIBLE_N_PER_MM;
     let unit = if middle > high {
         "millinewtons"
@@ -342,8 +337,7 @@ pub fn check_pair(calibration: &RunSet, measured: &RunSet) -> Result<(), Diagnos
     type Quantity = (&'static str, fn(&Run) -> f64);
     let quantities: [Quantity; 2] = [("depth_mm", |r| deepest(r).0), ("normal_force_n", |r| deepest(r).1[0].abs())];
     for (column, of) in quantities {
-        let a = median(calibration.runs.iter().map(of).collect());
-        let b = median(measured.runs.iter().map(of).collect());
+        let [a, b] = [calibration, measured].map(|set| median(set.runs.iter().map(of)).unwrap_or(f64::NAN));
         if !(b < 100.0 * a && a < 100.0 * b) {
             return Err(unusable(
                 measured,

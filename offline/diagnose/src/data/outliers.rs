@@ -6,6 +6,7 @@
 //!
 //! Main type: [`Flags`]; main functions: [`spikes`], [`rails`], [`without`].
 
+use crate::data::median::{median, noise_from_neighbours};
 use crate::data::runs::{Run, RunSet};
 
 /// Readings to be left out, normal, x and y of each row, by run.
@@ -200,9 +201,7 @@ fn noise_scale(set: &RunSet, scaled: &[f64]) -> [f64; 3] {
             at += 3 * run.rows.len();
             sizes.extend(own.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).filter(|d| d.is_finite()));
         }
-        sizes.sort_by(f64::total_cmp);
-        // Of normal noise, the median is 0.6745 times the standard deviation, which is sqrt(1.5).
-        (sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / (0.6745 * 1.5f64.sqrt())).max(LEAST_SCALE)
+        noise_from_neighbours(sizes).max(LEAST_SCALE)
     })
 }
 
@@ -253,9 +252,8 @@ const MIDDLE_OF: usize = 3;
 fn off_both_middles(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
     let own = of(row);
     let middle = |near: &mut dyn Iterator<Item = usize>| {
-        let mut readings: Vec<f64> = near.map(of).filter(|v| v.is_finite()).take(MIDDLE_OF).collect();
-        readings.sort_by(f64::total_cmp);
-        (readings.len() == MIDDLE_OF).then(|| own - readings[MIDDLE_OF / 2])
+        let readings: Vec<f64> = near.map(of).filter(|v| v.is_finite()).take(MIDDLE_OF).collect();
+        if readings.len() == MIDDLE_OF { Some(own - median(readings)?) } else { None }
     };
     match (middle(&mut (0..row).rev()), middle(&mut (row + 1..run.rows.len()))) {
         (Some(a), Some(b)) if a * b > 0.0 => a.abs().min(b.abs()),
@@ -270,9 +268,8 @@ fn off_end(run: &Run, row: usize, of: &dyn Fn(usize) -> f64) -> f64 {
     if read.len() < 2 + MIDDLE_OF || !read[..2].contains(&row) {
         return 0.0;
     }
-    let mut before: Vec<f64> = read[2..].iter().map(|i| of(*i)).collect();
-    before.sort_by(f64::total_cmp);
-    let [a, b] = [0, 1].map(|k| of(read[k]) - before[MIDDLE_OF / 2]);
+    let Some(before) = median(read[2..].iter().map(|i| of(*i))) else { return 0.0 };
+    let [a, b] = [0, 1].map(|k| of(read[k]) - before);
     if a * b > 0.0 { a.abs().min(b.abs()) } else { 0.0 }
 }
 

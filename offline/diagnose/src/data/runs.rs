@@ -8,6 +8,7 @@ use fingerpad_formats::significant;
 
 use crate::data::clock::{clock_step_s, equal_stamps, note, spread_equal_stamps};
 use crate::data::content::Content;
+use crate::data::median::median;
 use crate::data::thinning::{Sample, rows_to_keep};
 use crate::data::turns::with_turns;
 use crate::error::DiagnoseError;
@@ -300,16 +301,14 @@ fn touch_time(raw: &[RawRow]) -> f64 {
 
 /// Median speed over the rows in which the plate moves, mm/s; 0 without any.
 fn nominal_speed(raw: &[RawRow]) -> f64 {
-    let mut speeds: Vec<f64> = raw
+    let speeds = raw
         .windows(2)
         .filter(|p| p[1].depth_mm > 0.0)
         .map(|p| {
             (p[1].slide_mm[0] - p[0].slide_mm[0]).hypot(p[1].slide_mm[1] - p[0].slide_mm[1]) / (p[1].t_s - p[0].t_s)
         })
-        .filter(|v| *v > STILL_MM)
-        .collect();
-    speeds.sort_by(f64::total_cmp);
-    speeds.get(speeds.len() / 2).copied().unwrap_or(0.0)
+        .filter(|v| *v > STILL_MM);
+    median(speeds).unwrap_or(0.0)
 }
 
 impl RunSet {

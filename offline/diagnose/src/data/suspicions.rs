@@ -8,6 +8,7 @@
 use fingerpad_formats::significant;
 
 use crate::data::csv_text::short;
+use crate::data::median;
 use crate::data::runs::{Run, RunSet};
 use crate::data::trace_csv::TraceRow;
 use crate::error::DiagnoseError;
@@ -59,10 +60,9 @@ const POSSIBLE_FRICTION: [f64; 2] = [0.01, 50.0];
 /// Speed below which, and contact time above which, a clock that nothing contradicts is in milliseconds: mm/s and s.
 const MILLISECONDS: [f64; 2] = [0.02, 600.0];
 
+/// Median of the finite values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    median::median(values.filter(|v| v.is_finite()))
 }
 
 fn caution(set: &RunSet, column: &str, text: &str) -> Caution {

@@ -6,6 +6,7 @@
 //!
 //! Main function: [`with_turns`].
 
+use crate::data::median::median;
 use crate::data::runs::RawRow;
 
 /// Slides shorter than this are no motion, mm.
@@ -117,12 +118,12 @@ impl Motion<'_> {
 
     /// Median way between rows, mm; infinite without motion.
     fn usual_mm(&self) -> f64 {
-        median(self.moving().map(|i| length(self.step(i))))
+        median(self.moving().map(|i| length(self.step(i)))).unwrap_or(f64::INFINITY)
     }
 
     /// Median time between rows in motion, s.
     fn usual_s(&self) -> f64 {
-        median(self.moving().map(|i| self.raw[i].t_s - self.raw[i - 1].t_s))
+        median(self.moving().map(|i| self.raw[i].t_s - self.raw[i - 1].t_s)).unwrap_or(f64::INFINITY)
     }
 
     /// Whether a clock makes the rows: most of them are the same time apart, some of them lost.
@@ -145,7 +146,7 @@ impl Motion<'_> {
             .filter(|i| length(self.step(i - 1)) > STILL_MM && [i - 1, *i].iter().all(straight))
             .map(|i| [i - 1, i, i + 1].map(|k| length(self.velocity(k))))
             .map(|[a, b, c]| (a - 2.0 * b + c).abs() / 2.45 / b.max(STILL_MM));
-        Some(median(jumps)).filter(|uneven| uneven.is_finite()).unwrap_or(0.0)
+        median(jumps).filter(|uneven| uneven.is_finite()).unwrap_or(0.0)
     }
 
     /// Velocity over as many even steps as there are: those that end at row `i`, or those that begin at it.
@@ -273,13 +274,6 @@ fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
-}
-
-/// The median; infinite of nothing.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
 #[cfg(test)]

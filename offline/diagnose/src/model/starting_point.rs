@@ -3,13 +3,9 @@
 
 use fingerpad_smooth::{Parameter, Parameters, ReferenceCurves};
 
+use crate::data::median::median;
 use crate::data::runs::RunSet;
 use crate::model::prediction::predict_runs;
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
 
 /// Parameters of the reference with the scales of normal force, strength and tangential stiffness that a set of runs has.
 ///

@@ -40,9 +40,7 @@ impl RowsInAir {
             rows += 1;
         }
         let level = Self::level(&trace[..rows]);
-        let mut loads: Vec<f64> = trace.iter().map(|r| r.force_n[0]).collect();
-        loads.sort_by(f64::total_cmp);
-        let [low, usual] = [0.02, 0.6].map(|share| loads[(share * (loads.len() - 1) as f64) as usize]);
+        let [low, usual] = low_and_usual_load(trace);
         let lightest = level.mean_n[0] - low < AT_REST * (usual - low) + LEAST_NOISE_N;
         (lightest && rows < trace.len()).then(|| Self {
             rows,
@@ -66,4 +64,11 @@ impl RowsInAir {
 struct Level {
     mean_n: [f64; 3],
     spread_n: [f64; 3],
+}
+
+/// Normal forces of the lightest rows and of the usual one: quantiles at 2 and 60 %, N.
+pub fn low_and_usual_load(trace: &[TraceRow]) -> [f64; 2] {
+    let mut loads: Vec<f64> = trace.iter().map(|r| r.force_n[0]).collect();
+    loads.sort_by(f64::total_cmp);
+    [0.02, 0.6].map(|share| loads[(share * (loads.len() - 1) as f64) as usize])
 }

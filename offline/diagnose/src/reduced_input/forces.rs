@@ -257,6 +257,7 @@ mod tests {
 
     use super::*;
     use crate::data::column_map::ColumnMap;
+    use crate::data::median::median;
     use crate::data::trace_csv;
 
     fn trace(name: &str) -> Vec<TraceRow> {
@@ -348,9 +349,7 @@ mod tests {
                     let f: [f64; 3] = std::array::from_fn(|k| whole[*i].force_n[k] - tare[k]);
                     f[1].hypot(f[2]) / f[0].max(0.02)
                 };
-                let mut list: Vec<f64> = fit.rows.iter().map(of).collect();
-                list.sort_by(f64::total_cmp);
-                list[list.len() / 2]
+                median(fit.rows.iter().map(of)).unwrap()
             };
             println!("{name}: {air:?} read {:.3} tared {:?}", fit.friction_as_read, fit.friction_tared);
             if let Some([tared, _]) = fit.friction_tared {

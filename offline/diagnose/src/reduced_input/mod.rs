@@ -1,7 +1,7 @@
 //! Diagnoses from less than measured runs with depth: a trace of forces alone; the form of a report without runs.
 //!
 //! Main types: [`ReducedDiagnosis`], [`Plot`]; main functions: [`diagnose_forces`], [`reduced_report`].
-//! May use: schema, statistics (tail probabilities), data, laws (their names).
+//! May use: schema, statistics (tail probabilities, damped steps), data, laws (their names).
 
 mod air;
 mod forces;

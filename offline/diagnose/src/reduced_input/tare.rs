@@ -9,8 +9,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::data::median::{median, noise_from_neighbours};
 use crate::data::trace_csv::TraceRow;
-use crate::reduced_input::air::RowsInAir;
+use crate::reduced_input::air::{RowsInAir, low_and_usual_load};
+use crate::statistics::damped_steps::damped_steps;
 use crate::statistics::tails::minus_ln_p;
 
 /// Parameters: tare x, y, normal; ln k; m; first harmonic cos, sin; second harmonic cos, sin.
@@ -103,8 +105,8 @@ impl Sliding {
         let mean = |k: usize| all.iter().map(|a| a.2[k]).sum::<f64>() / all.len() as f64;
         if mean(0).hypot(mean(1)) > ONE_DIRECTION {
             Self::OneDirection
-        } else if median(all.iter().map(|a| a.1).collect()) > OFF_RING
-            || median(all.iter().map(|a| a.0).collect()) < LEAST_RADIUS * noise_n
+        } else if median(all.iter().map(|a| a.1)).is_some_and(|off| off > OFF_RING)
+            || median(all.iter().map(|a| a.0)).is_none_or(|radius| radius < LEAST_RADIUS * noise_n)
         {
             Self::OffRing
         } else {
@@ -138,11 +140,8 @@ pub fn sliding_rows(rows: &[TraceRow]) -> Vec<usize> {
 
 /// Rows whose load lies above the lightest by a share of the way to the usual one.
 fn firm_rows(rows: &[TraceRow], share: f64) -> Vec<usize> {
-    let mut loads: Vec<f64> = rows.iter().map(|r| r.force_n[0]).collect();
-    loads.sort_by(f64::total_cmp);
-    let at = |share: f64| loads[(share * (loads.len() - 1) as f64) as usize];
-    let (low, high) = (at(0.02), at(0.6));
-    (0..rows.len()).filter(|i| rows[*i].force_n[0] > low + share * (high - low)).collect()
+    let [low, usual] = low_and_usual_load(rows);
+    (0..rows.len()).filter(|i| rows[*i].force_n[0] > low + share * (usual - low)).collect()
 }
 
 fn ring(p: &Vector, f: &[f64; 3]) -> (f64, f64) {
@@ -183,31 +182,23 @@ impl Ring<'_> {
     /// Minimum from a start; returns parameters and the information with Student's weights.
     fn fit(&self, start: Vector, sigma: f64) -> (Vector, Matrix, Vec<Vector>) {
         let mut p = start;
-        let mut damping = 1e-2;
         let mut best = self.objective(&p, sigma);
         let mut out = self.linear(&p, sigma);
-        for _ in 0..80 {
-            let (information, gradient, _) = &out;
-            let mut damped = *information;
-            for k in 0..P {
-                damped[(k, k)] *= 1.0 + damping;
-            }
-            let Some(step) = damped.cholesky().map(|c| c.solve(gradient)) else { break };
-            let next = p + step.map(|s| s.clamp(-0.3, 0.3));
-            let there = self.objective(&next, sigma);
-            if there < best {
-                let gain = best - there;
-                (p, best) = (next, there);
-                out = self.linear(&p, sigma);
-                damping *= 0.3;
-                if gain < 1e-6 {
-                    break;
-                }
-            } else {
-                damping *= 10.0;
-                if damping > 1e8 {
-                    break;
-                }
+        let (mut damping, mut tries) = (1e-2, 0..80);
+        loop {
+            let rising = std::iter::successors(Some(damping), |d| Some(10.0 * d)).take_while(|d| *d <= 1e8);
+            let steps = damped_steps(&out.0, &out.1, rising);
+            let lower = tries.by_ref().zip(steps).find_map(|(_, (damping, step))| {
+                let next = p + step.map(|s| s.clamp(-0.3, 0.3));
+                let there = self.objective(&next, sigma);
+                (there < best).then_some((next, there, damping))
+            });
+            let Some((next, there, used)) = lower else { break };
+            let gain = best - there;
+            (p, best, damping) = (next, there, 0.3 * used);
+            out = self.linear(&p, sigma);
+            if gain < 1e-6 {
+                break;
             }
         }
         (p, out.0, out.2)
@@ -257,7 +248,7 @@ struct RingFit {
 
 /// The best fit of all parameters, from several starts of the tare.
 fn best_fit(trace: &[TraceRow], rows: &[usize], ring: &Ring<'_>, noise_n: f64) -> Option<RingFit> {
-    let middle = |k: usize| median(rows.iter().map(|i| trace[*i].force_n[k]).collect());
+    let middle = |k: usize| median(rows.iter().map(|i| trace[*i].force_n[k])).unwrap_or(0.0);
     let lightest = trace.iter().map(|r| r.force_n[0]).fold(f64::INFINITY, f64::min);
     let mut best: Option<RingFit> = None;
     for (x, y) in [(0.0, 0.0), (middle(1), middle(2)), (0.5 * middle(1), 0.5 * middle(2))] {
@@ -308,7 +299,7 @@ fn friction_coefficient(trace: &[TraceRow], rows: &[usize], tare_n: [f64; 3]) ->
         let [n, x, y]: [f64; 3] = std::array::from_fn(|k| trace[*i].force_n[k] - tare_n[k]);
         x.hypot(y) / n.max(0.02)
     };
-    median(rows.iter().map(of).collect())
+    median(rows.iter().map(of)).unwrap_or(0.0)
 }
 
 /// Largest part of the friction coefficient that the tare's intervals may leave open.
@@ -463,21 +454,16 @@ fn spacing(trace: &[TraceRow], rows: &[usize]) -> usize {
     ((MEMORY_S / step.max(1e-6)).round() as usize).clamp(1, rows.len() / 4)
 }
 
-/// Row noise from second differences of the readings, N; motion only adds to it, so the median is taken.
+/// Row noise of the readings, N.
 fn noise(trace: &[TraceRow], rows: &[usize]) -> f64 {
     let mut d = Vec::new();
     for w in rows.windows(3).filter(|w| w[2] - w[0] == 2) {
         for k in 0..3 {
             let f = |i: usize| trace[w[i]].force_n[k];
-            d.push((f(1) - 0.5 * (f(0) + f(2))).abs() / (0.6745 * 1.5f64.sqrt()));
+            d.push((f(1) - 0.5 * (f(0) + f(2))).abs());
         }
     }
-    median(d).max(0.01)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    noise_from_neighbours(d).max(0.01)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //!
 //! Main type: [`ModelDiscrepancy`].
 
+use crate::data::median::median;
 use crate::data::runs::Run;
 use crate::laws::{Column, Place};
 use crate::selection::scan::{GridPoint, columns_of};
@@ -71,9 +72,7 @@ impl ModelDiscrepancy<'_> {
     /// speed and hide a drag in the fast runs.
     fn share_at_own_speed(&self, candidate: &GridPoint, task: &Task<'_>, null: &Fit, derivatives: &Derivatives) -> f64 {
         let rows = self.task.runs.iter().flat_map(|r| &r.rows);
-        let mut speeds: Vec<f64> = rows.map(|r| r.speed_mm_s).filter(|v| *v > 0.0).collect();
-        speeds.sort_by(f64::total_cmp);
-        let Some(&own) = speeds.get(speeds.len() / 2) else { return 0.0 };
+        let Some(own) = median(rows.map(|r| r.speed_mm_s).filter(|v| *v > 0.0)) else { return 0.0 };
         let mut runs = task.runs.to_vec();
         for row in runs.iter_mut().flat_map(|r| &mut r.rows).filter(|r| r.speed_mm_s > 0.0) {
             row.speed_mm_s = own;

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::model::active_law::{ActiveLaw, is_log, largest_step, set_fitted, to_fitted};
 use crate::model::random_effects::{MODEL_EFFECTS, PerEffect, RandomEffects};
+use crate::statistics::damped_steps::damped_steps;
 use crate::statistics::derivatives::Derivatives;
 use crate::statistics::precision::{Block, BlockProducts, Precision};
 use crate::statistics::products::dot;
@@ -218,15 +219,9 @@ impl Task<'_> {
         Linearised { columns, precision, hessian, gradient, objective }
     }
 
-    /// Takes the Gauss–Newton step, damped until the objective falls (Levenberg 1944); whether any step lowered it.
+    /// Takes the Gauss–Newton step, damped until the objective falls; whether any step lowered it.
     fn step_downhill(&self, at: &mut Iterate, linearised: &Linearised<'_>) -> bool {
-        let mut damping = 0.0;
-        for _ in 0..5 {
-            let mut damped = linearised.hessian.clone();
-            for k in 0..damped.nrows() {
-                damped[(k, k)] *= 1.0 + damping;
-            }
-            let Some(step) = damped.cholesky().map(|c| c.solve(&linearised.gradient)) else { break };
+        for (_, step) in damped_steps(&linearised.hessian, &linearised.gradient, [0.0, 0.1, 1.0, 10.0, 100.0]) {
             let (parameters, laws) = stepped(at, &step);
             let prediction_n = self.predict_at(&parameters, &laws, &at.random_effects);
             let scaled = self.scaled_residual(&prediction_n, &at.random_effects, linearised.columns);
@@ -235,7 +230,6 @@ impl Task<'_> {
                 (at.parameters, at.laws, at.prediction_n) = (parameters, laws, prediction_n);
                 return true;
             }
-            damping = if damping == 0.0 { 0.1 } else { damping * 10.0 };
         }
         false
     }

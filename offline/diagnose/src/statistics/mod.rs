@@ -6,6 +6,7 @@
 //! May use: model, data, laws, `fingerpad-smooth`.
 
 pub mod calibration;
+pub mod damped_steps;
 pub mod derivatives;
 pub mod fit;
 pub mod lag;
