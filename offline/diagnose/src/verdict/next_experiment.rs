@@ -7,6 +7,7 @@
 
 use std::path::PathBuf;
 
+use crate::data::median::median;
 use crate::data::runs::{Run, RunSet};
 use crate::laws::{Column, OwnColumn};
 use crate::model::active_law::ActiveLaw;
@@ -95,19 +96,15 @@ fn depths_mm(set: &RunSet) -> [f64; 3] {
 
 /// Conditions of new strokes where a design says nothing.
 fn reference_conditions(set: &RunSet, depth_mm: f64) -> ReferenceConditions {
-    let median = |of: &dyn Fn(&Run) -> f64| {
-        let mut values: Vec<f64> = set.runs.iter().map(of).filter(|v| v.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
+    let usual = |of: &dyn Fn(&Run) -> f64| median(set.runs.iter().map(of).filter(|v| v.is_finite()));
     let own_of = |run: &Run, place: usize| run.rows.last().map_or(f64::NAN, |row| row.own[place]);
     ReferenceConditions {
         depth_mm,
         press_mm_s: 2.0,
         length_mm: 5.0,
         start_s: set.runs.iter().flat_map(|r| &r.rows).map(|r| r.t_s).fold(0.0, f64::max),
-        width_mm: median(&|r| r.value(Column::Width)).unwrap_or(16.0),
-        own: std::array::from_fn(|place| median(&|r| own_of(r, place)).unwrap_or(f64::NAN)),
+        width_mm: usual(&|r| r.value(Column::Width)).unwrap_or(16.0),
+        own: std::array::from_fn(|place| usual(&|r| own_of(r, place)).unwrap_or(f64::NAN)),
     }
 }
 
