@@ -136,6 +136,15 @@ mod tests {
     }
 
     #[test]
+    fn runs_without_the_source_are_refused_by_the_computed_column() {
+        let laws = LawsFile::parse("mine.toml".as_ref(), LAWS).unwrap();
+        let mut set = read("bare", |_| 100.0).unwrap();
+        set.recorded.clear();
+        let message = crate::data::own_columns::require(&set, &laws).unwrap_err().to_string();
+        assert!(message.contains("`late_v` is missing") && message.contains("what it is computed from"), "{message}");
+    }
+
+    #[test]
     fn contradictions_are_refused_with_their_line() {
         let refused = |from: &str, to: &str, words: &[&str]| {
             let text = LAWS.replace(from, to);

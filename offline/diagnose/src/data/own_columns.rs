@@ -16,14 +16,19 @@ pub fn require(set: &RunSet, laws: &LawsFile) -> Result<(), DiagnoseError> {
     for law in &laws.laws {
         for driver in law.drivers.iter().filter(|d| matches!(d.column, Column::Own { .. })) {
             if !set.recorded.contains(&driver.column) {
+                let is_computed = laws.columns.iter().any(|c| c.name == driver.name && c.derived.is_some());
+                let why = if is_computed {
+                    "it is computed, and what it is computed from is missing".to_owned()
+                } else {
+                    format!("--map {}=COLUMN says where it is", driver.name)
+                };
                 return Err(DiagnoseError::Unusable {
                     path: set.path.clone(),
                     problem: format!(
-                        "line 1: column `{}` is missing; law `{}` of {} reads it (--map {}=COLUMN says where it is)",
+                        "line 1: column `{}` is missing; law `{}` of {} reads it ({why})",
                         driver.name,
                         law.law.name,
-                        laws.path.display(),
-                        driver.name
+                        laws.path.display()
                     ),
                 });
             }
