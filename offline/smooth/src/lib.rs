@@ -35,7 +35,7 @@ pub use core_export::{CoreExport, export_to_core};
 pub use core_replay::replay_stroke;
 pub use model::{DepthValues, ELEMENTS, MIDDLE_MM, SmoothModel, U_RANGE};
 pub use parameter::{Parameter, ParameterInfo, Parameters};
-pub use reference::{ReferenceCurves, fit_cubic};
+pub use reference::ReferenceCurves;
 pub use simulation::{ElementHistory, SimulationInputs};
 pub use trajectory::{LANES, Sample, Stroke, Trajectories};
 

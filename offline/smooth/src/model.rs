@@ -8,13 +8,22 @@ pub const ELEMENTS: usize = 10;
 pub const MIDDLE_MM: f64 = 0.9;
 /// Share of the fourth power in the part of the friction that is odd along x.
 pub const ODD_SHAPE: f64 = 0.5;
-/// Range of u = ln(depth / 0.9 mm) in which the cubics hold; outside it each continues as a straight line.
-pub const U_RANGE: [f64; 2] = [-1.6, 1.1];
+/// Largest depth to which the curves hold, mm; each continues beyond it as a power of the depth.
+pub(crate) const DEEPEST_MM: f64 = 2.7;
+/// Range of u = ln(depth / 0.9 mm) from 0.18 mm to [`DEEPEST_MM`], within which shares of the strength and the ratio of the stiffness
+/// change with depth.
+pub const U_RANGE: [f64; 2] = [-1.6, 1.098_612_288_668_109_8];
+/// Least exponent of a curve over depth outside that range.
+pub(crate) const LEAST_EXPONENT: f64 = 0.1;
 
 /// The smooth model of one finger on one device.
+///
+/// A curve over the depth d is a power law with an exponential of the depth: its logarithm is
+/// c0 + c1 ln(d / 0.9 mm) + c2 (d - 0.9 mm) + c3 (d - 0.9 mm)². A blunt tip touches as a power of the depth (Hertz 1882; Sneddon 1965), and
+/// tissue stiffens exponentially (Fung 1967).
 #[derive(Clone, Debug)]
 pub struct SmoothModel {
-    /// Coefficients of ln N0 over u = ln(depth / 0.9 mm); N0 is the normal force without shear, N.
+    /// Coefficients of ln N0; N0 is the normal force without shear, N.
     pub ln_normal: [f64; 4],
     /// The same of the strength L, the friction in full slip, N.
     pub ln_strength: [f64; 4],
@@ -63,13 +72,15 @@ pub struct DepthValues {
     pub pressed_mm: [f64; 2],
 }
 
-/// A cubic over u within [`U_RANGE`] (`inside`), which continues outside as a straight line that rises by at least 0.1.
-fn extended_cubic(c: &[f64; 4], u: f64, inside: f64) -> f64 {
-    let value = c[0] + inside * (c[1] + inside * (c[2] + inside * c[3]));
-    if u == inside {
-        return value;
-    }
-    value + (u - inside) * (c[1] + inside * (2.0 * c[2] + 3.0 * inside * c[3])).max(0.1)
+/// A curve at a depth > 0, mm.
+///
+/// * `u`: ln(depth / 0.9 mm), and the same held within [`U_RANGE`]
+fn curve(c: &[f64; 4], depth_mm: f64, [u, inside]: [f64; 2]) -> f64 {
+    let up_to_mm = depth_mm.min(DEEPEST_MM);
+    let from_middle = up_to_mm - MIDDLE_MM;
+    let exponent = if u > inside { c[1] + up_to_mm * (c[2] + 2.0 * c[3] * from_middle) } else { c[1] };
+    let value = c[0] + c[1] * inside + from_middle * (c[2] + c[3] * from_middle);
+    (value + exponent.max(LEAST_EXPONENT) * (u - inside)).exp()
 }
 
 impl SmoothModel {
@@ -89,11 +100,12 @@ impl SmoothModel {
     pub fn at_depth(&self, depth_mm: f64) -> DepthValues {
         let u = (depth_mm / MIDDLE_MM).ln();
         let inside = u.clamp(U_RANGE[0], U_RANGE[1]);
+        let at = |c: &[f64; 4]| curve(c, depth_mm, [u, inside]);
         DepthValues {
-            normal_n: extended_cubic(&self.ln_normal, u, inside).exp(),
-            strength_n: extended_cubic(&self.ln_strength, u, inside).exp(),
-            tangential_n_mm: extended_cubic(&self.ln_tangential, u, inside).exp(),
-            area_mm2: extended_cubic(&self.ln_area, u, inside).exp(),
+            normal_n: at(&self.ln_normal),
+            strength_n: at(&self.ln_strength),
+            tangential_n_mm: at(&self.ln_tangential),
+            area_mm2: at(&self.ln_area),
             stiffness_ratio_y: (self.ln_stiffness_ratio_y[0] + self.ln_stiffness_ratio_y[1] * inside).exp(),
             pressed_mm: [
                 depth_mm * (self.press_coupling[0] + 0.5 * self.press_coupling[1] * depth_mm),

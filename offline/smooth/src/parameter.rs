@@ -9,24 +9,24 @@ use std::ops::{Index, IndexMut};
 pub enum Parameter {
     /// Logarithm of the factor on the normal force.
     NormalScale,
-    /// Added to the exponent of the normal force over depth.
+    /// Added to the exponent of the normal force N over depth.
     NormalDepthExponent,
-    /// Added to the coefficient of u² in ln N, u = ln(depth / 0.9 mm).
+    /// Added to the coefficient of the depth in ln N, 1/mm.
+    NormalDepthSlope,
+    /// Added to the coefficient of (depth - 0.9 mm)² in ln N, 1/mm².
     NormalDepthCurvature,
-    /// The same of u³.
-    NormalDepthCubic,
     /// Logarithm of the factor on the strength L, the friction in full slip.
     StrengthScale,
     /// Added to the exponent of the strength over depth.
     StrengthDepthExponent,
-    /// Added to the coefficient of u² in ln L.
-    StrengthDepthCurvature,
+    /// Added to the coefficient of the depth in ln L, 1/mm.
+    StrengthDepthSlope,
     /// Logarithm of the factor on the tangential stiffness K.
     TangentialScale,
     /// Added to the exponent of the tangential stiffness over depth.
     TangentialDepthExponent,
-    /// Added to the coefficient of u² in ln K.
-    TangentialDepthCurvature,
+    /// Added to the coefficient of the depth in ln K, 1/mm.
+    TangentialDepthSlope,
     /// Logarithm of the tangential stiffness along y over that along x.
     StiffnessRatioY,
     /// Logarithm of the exponent that spreads the elements' yield positions.
@@ -55,15 +55,15 @@ pub enum Parameter {
     EvenDirectionCos,
     /// The same with sin 2θ.
     EvenDirectionSin,
-    /// Added to the coefficient of u³ in ln L.
-    StrengthDepthCubic,
+    /// Added to the coefficient of (depth - 0.9 mm)² in ln L, 1/mm².
+    StrengthDepthCurvature,
     /// Third-order change of the elements' shares over their yield positions.
     YieldTwist,
     /// Strength over direction: share in proportion to cos θ.
     OddDirectionCos,
     /// The same with sin θ.
     OddDirectionSin,
-    /// Change of the share of cos 2θ with u.
+    /// Change of the share of cos 2θ with u = ln(depth / 0.9 mm).
     EvenDirectionCosSlope,
     /// Change of the logarithm of the stiffness ratio with u.
     StiffnessRatioYExponent,
@@ -103,14 +103,14 @@ use Parameter as P;
 static INFO: [ParameterInfo; Parameter::COUNT] = [
     info(P::NormalScale, "ln_normal_scale", "", 1.0, 0.10),
     info(P::NormalDepthExponent, "normal_depth_exponent", "", 0.5, 0.02),
-    info(P::NormalDepthCurvature, "normal_depth_curvature", "", 0.2, 0.01),
-    info(P::NormalDepthCubic, "normal_depth_cubic", "", 0.1, 0.005),
+    info(P::NormalDepthSlope, "normal_depth_slope", "1/mm", 0.5, 0.02),
+    info(P::NormalDepthCurvature, "normal_depth_curvature", "1/mm2", 0.05, 0.02),
     info(P::StrengthScale, "ln_strength_scale", "", 1.0, 0.10),
     info(P::StrengthDepthExponent, "strength_depth_exponent", "", 0.4, 0.02),
-    info(P::StrengthDepthCurvature, "strength_depth_curvature", "", 0.15, 0.01),
+    info(P::StrengthDepthSlope, "strength_depth_slope", "1/mm", 0.4, 0.02),
     info(P::TangentialScale, "ln_tangential_stiffness", "", 1.0, 0.05),
     info(P::TangentialDepthExponent, "tangential_depth_exponent", "", 0.4, 0.02),
-    info(P::TangentialDepthCurvature, "tangential_depth_curvature", "", 0.15, 0.01),
+    info(P::TangentialDepthSlope, "tangential_depth_slope", "1/mm", 0.3, 0.02),
     info(P::StiffnessRatioY, "ln_stiffness_ratio_y", "", 0.5, 0.03),
     info(P::YieldSpread, "ln_yield_spread", "", 0.7, 0.05),
     info(P::YieldTilt, "yield_tilt", "", 0.8, 0.10),
@@ -125,7 +125,7 @@ static INFO: [ParameterInfo; Parameter::COUNT] = [
     info(P::LoadExponent, "load_exponent_at_fixed_depth", "", 0.10, 0.02),
     info(P::EvenDirectionCos, "even_direction_cos", "", 0.020, 0.002),
     info(P::EvenDirectionSin, "even_direction_sin", "", 0.010, 0.002),
-    info(P::StrengthDepthCubic, "strength_depth_cubic", "", 0.1, 0.005),
+    info(P::StrengthDepthCurvature, "strength_depth_curvature", "1/mm2", 0.04, 0.02),
     info(P::YieldTwist, "yield_twist", "", 0.8, 0.10),
     info(P::OddDirectionCos, "odd_direction_cos", "", 0.020, 0.002),
     info(P::OddDirectionSin, "odd_direction_sin", "", 0.010, 0.002),
@@ -160,8 +160,8 @@ impl Parameter {
             self,
             Self::NormalScale
                 | Self::NormalDepthExponent
+                | Self::NormalDepthSlope
                 | Self::NormalDepthCurvature
-                | Self::NormalDepthCubic
                 | Self::NormalPerFrictionX
                 | Self::NormalPerFrictionY
                 | Self::NormalShearX

@@ -24,7 +24,7 @@ const TABLE_AREA: [f64; 2] = [65.0, 1.007];
 /// of the pad, and the radius to the finger's width, which scatters by about as much among adults.
 const OTHER_AREA_SD: f64 = 0.08;
 
-/// Cubics in u = ln(depth / 0.9 mm) through the tables of a model file, and the elements to start from.
+/// Curves over depth through the tables of a model file, and the elements to start from.
 #[derive(Clone, Debug)]
 pub struct ReferenceCurves {
     ln_normal: [f64; 4],
@@ -50,10 +50,10 @@ impl ReferenceCurves {
         let cell = f64::from(data.depth_max) / (n - 1) as f64;
         let fit = |value: &dyn Fn(&Row<M>) -> f64| -> [f64; 4] {
             let points: Vec<(f64, f64)> = (1..n)
-                .map(|i| (((i as f64) * cell / MIDDLE_MM).ln(), value(&data.rows[i]).ln()))
-                .filter(|(u, _)| *u > -2.0)
+                .map(|i| (i as f64 * cell, value(&data.rows[i]).ln()))
+                .filter(|(depth_mm, _)| *depth_mm > 0.12)
                 .collect();
-            fit_cubic(&points)
+            fit_curve(&points)
         };
         let middle = middle_node(data);
         let row = &data.rows[middle];
@@ -98,26 +98,21 @@ impl ReferenceCurves {
     /// The smooth model with these values of the parameters.
     pub fn model(&self, values: &Parameters) -> SmoothModel {
         use Parameter as P;
-        let cubic = |a: &[f64; 4], more: [f64; 4]| -> [f64; 4] { std::array::from_fn(|i| a[i] + more[i]) };
+        let sum = |a: &[f64; 4], more: [f64; 4]| -> [f64; 4] { std::array::from_fn(|i| a[i] + more[i]) };
         SmoothModel {
-            ln_normal: cubic(
+            ln_normal: sum(
                 &self.ln_normal,
-                [P::NormalScale, P::NormalDepthExponent, P::NormalDepthCurvature, P::NormalDepthCubic]
+                [P::NormalScale, P::NormalDepthExponent, P::NormalDepthSlope, P::NormalDepthCurvature]
                     .map(|p| values[p]),
             ),
-            ln_strength: cubic(
+            ln_strength: sum(
                 &self.ln_strength,
-                [P::StrengthScale, P::StrengthDepthExponent, P::StrengthDepthCurvature, P::StrengthDepthCubic]
+                [P::StrengthScale, P::StrengthDepthExponent, P::StrengthDepthSlope, P::StrengthDepthCurvature]
                     .map(|p| values[p]),
             ),
-            ln_tangential: cubic(
+            ln_tangential: sum(
                 &self.ln_tangential,
-                [
-                    values[P::TangentialScale],
-                    values[P::TangentialDepthExponent],
-                    values[P::TangentialDepthCurvature],
-                    0.0,
-                ],
+                [values[P::TangentialScale], values[P::TangentialDepthExponent], values[P::TangentialDepthSlope], 0.0],
             ),
             ln_area: self.ln_area,
             elements: self.elements(values),
@@ -216,9 +211,12 @@ fn yields() -> [[f64; 2]; ELEMENTS] {
     })
 }
 
-/// Coefficients of the least-squares cubic through points (x, y), constant first.
-pub fn fit_cubic(points: &[(f64, f64)]) -> [f64; 4] {
-    let a = DMatrix::from_fn(points.len(), 4, |i, j| points[i].0.powi(j as i32));
+/// Coefficients of the least-squares curve through points (depth, logarithm of the value), mm.
+fn fit_curve(points: &[(f64, f64)]) -> [f64; 4] {
+    let a = DMatrix::from_fn(points.len(), 4, |i, j| {
+        let depth_mm = points[i].0;
+        if j == 1 { (depth_mm / MIDDLE_MM).ln() } else { (depth_mm - MIDDLE_MM).powi([0, 0, 1, 2][j]) }
+    });
     let b = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
     let normal = a.transpose() * &a + DMatrix::identity(4, 4) * 1e-9;
     let x = normal.cholesky().expect("positive definite").solve(&(a.transpose() * b));

@@ -14,7 +14,7 @@ use fingerpad::Surroundings;
 use wide::f64x8;
 
 use crate::ModelChange;
-use crate::model::{MIDDLE_MM, U_RANGE};
+use crate::model::{DEEPEST_MM, LEAST_EXPONENT, MIDDLE_MM, U_RANGE};
 
 /// Runs that are simulated at once.
 pub const LANES: usize = 8;
@@ -83,8 +83,8 @@ pub(crate) struct DepthLanes {
     pub mm: f64x8,
     /// u = ln(depth / 0.9 mm), held within [`U_RANGE`].
     pub inside: f64x8,
-    /// The part of u that lies outside that range.
-    pub beyond: f64x8,
+    /// The parts of u below and above that range.
+    outside: [f64x8; 2],
 }
 
 impl DepthLanes {
@@ -92,16 +92,21 @@ impl DepthLanes {
     fn new(mm: f64x8) -> Self {
         let u = (mm / f64x8::splat(MIDDLE_MM)).ln();
         let inside = u.fast_max(f64x8::splat(U_RANGE[0])).fast_min(f64x8::splat(U_RANGE[1]));
-        Self { mm, inside, beyond: u - inside }
+        let outside = [(u - inside).fast_min(f64x8::ZERO), (u - inside).fast_max(f64x8::ZERO)];
+        Self { mm, inside, outside }
     }
 
-    /// A cubic over u, which continues outside the range as a straight line that rises by at least 0.1.
-    pub fn extended_cubic(&self, c: &[f64; 4]) -> f64x8 {
-        let c = c.map(f64x8::splat);
-        let u = self.inside;
-        let value = u.mul_add(u.mul_add(u.mul_add(c[3], c[2]), c[1]), c[0]);
-        let slope = u.mul_add(u.mul_add(f64x8::splat(3.0) * c[3], c[2] + c[2]), c[1]);
-        slope.fast_max(f64x8::splat(0.1)).mul_add(self.beyond, value)
+    /// Logarithm of a curve of the [model](crate::SmoothModel).
+    pub fn curve(&self, c: &[f64; 4]) -> f64x8 {
+        let [constant, exponent, slope, half_curvature] = c.map(f64x8::splat);
+        let mm = self.mm.fast_min(f64x8::splat(DEEPEST_MM));
+        let from_middle = mm - f64x8::splat(MIDDLE_MM);
+        let value =
+            exponent.mul_add(self.inside, from_middle.mul_add(half_curvature, slope).mul_add(from_middle, constant));
+        let least = f64x8::splat(LEAST_EXPONENT);
+        let above = mm.mul_add((half_curvature + half_curvature).mul_add(from_middle, slope), exponent);
+        let [below_u, above_u] = self.outside;
+        exponent.fast_max(least).mul_add(below_u, above.fast_max(least).mul_add(above_u, value))
     }
 }
 

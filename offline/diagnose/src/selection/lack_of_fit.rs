@@ -15,7 +15,7 @@ use crate::statistics::fit::Fit;
 use crate::statistics::products::dot;
 use crate::statistics::projection::{ProjectedColumn, Projection};
 use crate::statistics::sign_flips::{Score, SignFlips};
-use crate::statistics::tails::{f_tail, minus_ln_p};
+use crate::statistics::tails::{LEAST_GAIN, f_tail, minus_ln_p};
 use crate::statistics::task::Task;
 
 /// Structure and scatter that are left after the accepted effects.
@@ -76,7 +76,7 @@ pub fn lack_of_fit_test(
     let mut out = LackOfFit { p_model: 1.0, p_runs: 1.0, p_scatter: 1.0, ..LackOfFit::default() };
     strongest_structure(&mut out, task, &projection, &groups, expected, seed);
     compare_scatter(&mut out, task, fit, derivatives, expected);
-    let structure = out.gain > (0.15 * expected.explained_2ll).max(16.0)
+    let structure = out.gain > (0.15 * expected.explained_2ll).max(LEAST_GAIN)
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
     let between_runs = out.is_scattered || is_uneven(task, fit, &projection);
     out.significant = structure || between_runs;

@@ -13,6 +13,7 @@ use crate::model::prior::Prior;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::{Fit, FitStart};
 use crate::statistics::projection::Projection;
+use crate::statistics::tails::LEAST_GAIN;
 use crate::statistics::task::Task;
 
 /// A lag that explains the readings better than none, or than a given one.
@@ -20,16 +21,20 @@ use crate::statistics::task::Task;
 pub struct LagEstimate {
     /// The lag.
     pub lag: Lag,
-    /// Standard deviation of its mean delay, s.
+    /// Standard deviation of its mean delay, with the finger model's error of form, s.
     pub sd_s: f64,
     /// How much it gains in 2 log likelihood.
     pub gain_2ll: f64,
 }
 
-/// Standard deviations from zero, and gain in 2 log likelihood, from which on a lag counts: the finger model's error of form looks like a
-/// small lag too.
+/// Statistical standard deviations from zero from which on a lag is looked for.
 const SIGNIFICANT: f64 = 5.0;
-const LEAST_GAIN: f64 = 36.0;
+/// Standard deviations with the error of form from which on a lag counts.
+pub const BEYOND_FORM: f64 = 4.0;
+/// Error of the position at which the finger model has a force, mm: as a lag it is that over the speed.
+const FORM_ERROR_MM: f64 = 1.5e-3;
+/// Error of a long lag, as a share of it: forces change fast within it, where the finger model is least exact.
+const FORM_ERROR: f64 = 0.04;
 /// Longest lag that is looked for, s, and the motion in one step towards it, mm.
 const LONGEST_S: f64 = 0.2;
 const STEP_MM: f64 = 0.25;
@@ -148,8 +153,17 @@ pub fn estimate(
         best = both;
     }
     let gain_2ll = without - best.minus_2ll;
-    let is_found = gain_2ll > LEAST_GAIN && best.lag.total_s().abs() > SIGNIFICANT * best.sd_s();
-    is_found.then_some(LagEstimate { lag: best.lag, sd_s: best.sd_s(), gain_2ll })
+    let lag_s = best.lag.total_s();
+    let sd_s = best.sd_s().hypot(form_sd_s(set)).hypot(FORM_ERROR * lag_s);
+    let is_found = gain_2ll > LEAST_GAIN && lag_s.abs() > BEYOND_FORM * sd_s;
+    is_found.then_some(LagEstimate { lag: best.lag, sd_s, gain_2ll })
+}
+
+/// Standard deviation that the finger model's error of form gives a short lag of a set, s: by the speed at which a lag shows, that of the
+/// rows that slide, weighed by its square as the information on a lag is.
+pub fn form_sd_s(set: &RunSet) -> f64 {
+    let speeds = || set.runs.iter().flat_map(|r| &r.rows).map(|r| r.speed_mm_s);
+    FORM_ERROR_MM * speeds().map(|v| v * v).sum::<f64>().max(1e-12) / speeds().map(|v| v.powi(3)).sum::<f64>()
 }
 
 impl Search<'_> {

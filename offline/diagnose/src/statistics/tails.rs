@@ -1,6 +1,11 @@
-//! Tail probabilities of chi-squared and F.
+//! Tail probabilities of chi-squared and F, and the least evidence that is not left to chance alone.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+/// Least gain in 2 log likelihood of what is named by what differs from run to run, or counts as structure: six standard
+/// deviations. The p of a test allows for chance, not for an error of the baseline's form or a scatter of the runs that happens to lie
+/// along a driver.
+pub const LEAST_GAIN: f64 = 36.0;
 
 /// −ln of the upper tail of chi-squared with `k` degrees of freedom (Wilson–Hilferty beyond 3).
 pub fn minus_ln_p(x: f64, k: usize) -> f64 {

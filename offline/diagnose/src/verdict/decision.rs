@@ -15,12 +15,12 @@ use crate::selection::acceptance::{SelectionSettings, against_calibration, loose
 use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::competing::{CompetingHypotheses, competing_hypotheses};
 use crate::selection::discrepancy::ModelDiscrepancy;
-use crate::selection::forward::{LawEvidence, ROUNDS, Selection, select};
+use crate::selection::forward::{LawEvidence, ROUNDS, Selection, SingleLawTest, select};
 use crate::selection::lack_of_fit::{Expectations, LackOfFit, lack_of_fit_test};
 use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
-use crate::statistics::tails::minus_ln_p;
+use crate::statistics::tails::{LEAST_GAIN, minus_ln_p};
 use crate::statistics::task::Task;
 use crate::verdict::effects_found::{share_of_forces, without_amplitude};
 use crate::verdict::in_air::gain_in_air;
@@ -104,7 +104,8 @@ impl<'a> Basis<'a> {
         let (lack_of_fit, expected_variances) = settling.left(self);
         let Settling { task, selection, hypotheses, .. } = settling;
         // Evidence for a law that no refit confirms is structure too, unless a law that is too small to be named explains it.
-        let unclaimed = hypotheses.is_empty() && too_small.is_empty() && selection.tests.iter().any(|t| t.significant);
+        let stands_out = |t: &SingleLawTest| t.significant && t.gain_2ll >= least_gain(t.law, t.p_runs.by_calibration);
+        let unclaimed = hypotheses.is_empty() && too_small.is_empty() && selection.tests.iter().any(stands_out);
         let verdict = if lack_of_fit.significant || unclaimed {
             Verdict::UnexplainedStructure
         } else if hypotheses.is_empty() {
@@ -121,10 +122,6 @@ impl<'a> Basis<'a> {
 /// Smallest effect that is named, as a share of the set's forces (root mean squares): the baseline's form is no more exact
 /// than that. Row by row a cross-talk would be any share of a friction that is still about zero.
 pub const LEAST_SIZE: f64 = 0.005;
-
-/// Least gain in 2 log likelihood of a law that is named by what differs from run to run: six standard deviations. The p of
-/// a test allows for chance, not for an error of the baseline's form or a scatter of the runs that happens to lie along a driver.
-pub const LEAST_GAIN: f64 = 36.0;
 
 /// The least gain of a law. The calibration's runs have all depths, and where it determines the strength over direction better
 /// than the measured runs do, a law of the direction is judged against it as well; laws of the sensor have no driver.

@@ -84,9 +84,8 @@ fn report(
     cautions.extend(range.cautions(decision.set));
     cautions.extend(sections::scatter_caution(decision));
     cautions.extend(sections::too_small_cautions(decision));
-    let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default(), calibration_set));
-    let of_measured =
-        lagging.map(|differing| instrument::found("measured", &differing.lag, calibrated.lag(), decision.set));
+    let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default()));
+    let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, calibrated.lag()));
     let report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: *verdict,

@@ -13,9 +13,10 @@ use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, LawsFile};
 use crate::schema::Caution;
+use crate::statistics::tails::LEAST_GAIN;
 use crate::verdict::calibrated::Calibrated;
 use crate::verdict::checked::Checked;
-use crate::verdict::decision::{Decision, LEAST_GAIN};
+use crate::verdict::decision::Decision;
 use crate::verdict::options::Options;
 
 /// Factor between two standard deviations over runs from which one set varies a column and the other does not.

@@ -7,16 +7,13 @@ use crate::data::lag::{Lag, with_lag};
 use crate::data::runs::RunSet;
 use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag};
 use crate::statistics::fit::FitStart;
-use crate::statistics::lag::{LagEstimate, estimate};
+use crate::statistics::lag::{BEYOND_FORM, LagEstimate, estimate, form_sd_s};
 use crate::statistics::tails::minus_ln_p;
 use crate::verdict::decision::{Basis, Decision};
 use crate::verdict::effects_found::size_p90;
 
 /// Name and family of the effect.
 pub const FORCE_LAG: &str = "force_lag";
-
-/// Error of the position at which the finger model has a force, mm: as a lag it is that over the speed.
-const FORM_ERROR_MM: f64 = 1e-3;
 
 /// A lag of the measured runs on top of the calibration's, and the runs with it.
 pub struct Differing {
@@ -36,33 +33,10 @@ pub fn differing(plain: &Decision<'_>, basis: &Basis<'_>) -> Option<Differing> {
     Some(Differing { set: with_lag(plain.set, lag.lag), lag })
 }
 
-/// Speed at which a lag shows, mm/s: that of the rows that slide, weighed by its square, as the information on a lag is.
-fn speed_mm_s(set: &RunSet) -> f64 {
-    let speeds = || set.runs.iter().flat_map(|r| &r.rows).map(|r| r.speed_mm_s);
-    speeds().map(|v| v.powi(3)).sum::<f64>() / speeds().map(|v| v * v).sum::<f64>().max(1e-12)
-}
-
-/// Standard deviation that the finger model's error of form gives a lag, s.
-fn form_sd_s(set: &RunSet) -> f64 {
-    FORM_ERROR_MM / speed_mm_s(set)
-}
-
-/// Error of a long lag, as a share of it: forces change fast within it, where the finger model is least exact.
-const FORM_ERROR: f64 = 0.04;
-
-/// Standard deviation of an estimate with the finger model's error of form, s.
-fn sd_s(estimate: &LagEstimate, set: &RunSet) -> f64 {
-    estimate.sd_s.hypot(form_sd_s(set)).hypot(FORM_ERROR * estimate.lag.total_s())
-}
-
-/// Standard deviations from which on a difference between the lags of two files is an effect; a smaller one is taken out without a name.
-const NAMED: f64 = 4.0;
-
 impl Differing {
     /// Whether the difference is more than the errors of form of both files' lags.
     pub fn is_effect(&self, calibration: &RunSet) -> bool {
-        let sd_s = sd_s(&self.lag, &self.set).hypot(form_sd_s(calibration));
-        self.lag.lag.total_s().abs() > NAMED * sd_s
+        self.lag.lag.total_s().abs() > BEYOND_FORM * self.lag.sd_s.hypot(form_sd_s(calibration))
     }
 }
 
@@ -72,10 +46,10 @@ pub const NORMAL_95: f64 = 1.96;
 /// What is reported of a lag.
 ///
 /// * `before`: the lag that the set had already
-pub fn found(source: &str, estimate: &LagEstimate, before: Lag, set: &RunSet) -> InstrumentLag {
+pub fn found(source: &str, estimate: &LagEstimate, before: Lag) -> InstrumentLag {
     let delay_s = before.delay_s + estimate.lag.delay_s;
     let time_constant_s = before.time_constant_s + estimate.lag.time_constant_s;
-    let (lag_s, half_s) = (delay_s + time_constant_s, NORMAL_95 * sd_s(estimate, set));
+    let (lag_s, half_s) = (delay_s + time_constant_s, NORMAL_95 * estimate.sd_s);
     InstrumentLag {
         source: source.into(),
         lag_s,
@@ -91,7 +65,7 @@ pub fn found(source: &str, estimate: &LagEstimate, before: Lag, set: &RunSet) ->
 /// * `without`, `with`: the decisions of the measured runs with the calibration's lag and with their own
 pub fn effect(differing: &Differing, without: &Decision<'_>, with: &Decision<'_>) -> EffectFound {
     let estimate = &differing.lag;
-    let half_s = NORMAL_95 * sd_s(estimate, with.set);
+    let half_s = NORMAL_95 * estimate.sd_s;
     let lag_s = estimate.lag.total_s();
     let (rows, before) = of_readings(without);
     let (_, after) = of_readings(with);

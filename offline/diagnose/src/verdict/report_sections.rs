@@ -12,9 +12,10 @@ use crate::schema::{
 use crate::selection::lack_of_fit::SCATTER_LEVEL;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
+use crate::statistics::tails::LEAST_GAIN;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
-use crate::verdict::decision::{Decision, LEAST_GAIN, LEAST_SIZE, TooSmall};
+use crate::verdict::decision::{Decision, LEAST_SIZE, TooSmall};
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{residual_map, strongest};
 

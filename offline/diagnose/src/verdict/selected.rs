@@ -5,7 +5,8 @@
 use crate::data::runs::RunSet;
 use crate::schema::{EffectFound, Verdict};
 use crate::statistics::fit::Fit;
-use crate::verdict::decision::{Basis, Decision, LEAST_GAIN};
+use crate::statistics::tails::LEAST_GAIN;
+use crate::verdict::decision::{Basis, Decision};
 use crate::verdict::instrument::{self, Differing};
 
 /// What the measured runs miss.

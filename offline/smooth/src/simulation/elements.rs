@@ -50,8 +50,8 @@ impl CurvesAtDepth {
         let [press, press_slope] = model.press_coupling;
         Self {
             depth_mm: depth.mm,
-            strength_n: depth.extended_cubic(&model.ln_strength).exp(),
-            stiffness_n_mm: depth.extended_cubic(&model.ln_tangential).exp(),
+            strength_n: depth.curve(&model.ln_strength).exp(),
+            stiffness_n_mm: depth.curve(&model.ln_tangential).exp(),
             ratio: over_u.mul_add(depth.inside, at_middle).exp(),
             pressed_mm: [
                 depth.mm * f64x8::splat(0.5 * press_slope).mul_add(depth.mm, f64x8::splat(press)),

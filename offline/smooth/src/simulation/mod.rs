@@ -104,7 +104,7 @@ impl SimulationInputs {
                 let xx = *mx * *mx;
                 let odd = f64x8::splat(model.odd_x_per_mm) * depth.mm * (xx - f64x8::splat(ODD_SHAPE) * xx * xx);
                 let (fx, fy) = (*limit * (*mx - odd), *limit * *my);
-                let normal = depth.extended_cubic(&model.ln_normal).exp() * factors[1];
+                let normal = depth.curve(&model.ln_normal).exp() * factors[1];
                 let sheared = f64x8::ONE + shear[0] * xx + shear[1] * *my * *my;
                 elastic = (normal * sheared + per_friction[0] * fx + per_friction[1] * fy).to_array();
                 (force, depth_mm) = ([fx.to_array(), fy.to_array()], depth.mm.to_array());

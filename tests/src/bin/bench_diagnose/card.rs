@@ -364,4 +364,6 @@ fn lags(done: &[Done]) {
         covered,
         found.len()
     );
+    let each: Vec<String> = found.iter().map(|l| format!("{:.2}", 1e3 * l.error_s)).collect();
+    println!("each, ms: {}", each.join(" "));
 }
