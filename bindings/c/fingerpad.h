@@ -509,7 +509,7 @@ int32_t fingerpad_contact_set_strength_factor(fingerpad_contact *contact,
                                               float factor);
 
 // Declares a rest of the finger in the air: the time of occlusion starts again from zero.
-int32_t fingerpad_contact_rested(fingerpad_contact *contact);
+int32_t fingerpad_contact_record_rest(fingerpad_contact *contact);
 
 // Advances a contact by one step with the effects of the model's file; bad surroundings (NaN) leave their effect out.
 //

@@ -126,9 +126,9 @@ pub unsafe extern "C" fn fingerpad_contact_set_strength_factor(contact: *mut fin
 
 /// Declares a rest of the finger in the air: the time of occlusion starts again from zero.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fingerpad_contact_rested(contact: *mut fingerpad_contact) -> i32 {
+pub unsafe extern "C" fn fingerpad_contact_record_rest(contact: *mut fingerpad_contact) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { memory(contact) }.map(fingerpad::Effects::rested))
+    answer(unsafe { memory(contact) }.map(fingerpad::Effects::record_rest))
 }
 
 /// Advances a contact by one step with the effects of the model's file; bad surroundings (NaN) leave their effect out.

@@ -295,7 +295,7 @@ pub unsafe extern "C" fn fingerpad_pad_patches(
     patches: *mut fingerpad_patch,
     count: usize,
 ) -> i32 {
-    let told = || {
+    let written = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
         // SAFETY: the caller's promise.
@@ -308,7 +308,7 @@ pub unsafe extern "C" fn fingerpad_pad_patches(
         // SAFETY: the caller's promise: there is room for `count` of them.
         with_memory!(state, state => unsafe { write_patches(&pad.pad, state, &body, patches) })
     };
-    answer(told())
+    answer(written())
 }
 
 /// Writes a state as `state_bytes` (`fingerpad_pad_info`) bytes with version, checksum of the pad and checksum of its own into a buffer of

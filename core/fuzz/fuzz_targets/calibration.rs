@@ -23,7 +23,7 @@ fuzz_target!(|input: &[u8]| {
             let depth_mm = motion.depth_mm + 0.03 * f32::from(k);
             calibration.step(Motion { depth_mm, ..motion }, measured);
         }
-        let t = calibration.so_far().tuning;
+        let t = calibration.estimate().tuning;
         assert!((0.5..=2.0).contains(&t.size) && (0.2..=5.0).contains(&t.stiffness), "{t:?}");
         assert!((0.1..=10.0).contains(&t.lambda), "{t:?}");
         let _ = calibration.result();

@@ -321,7 +321,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
     }
 
     /// The present estimate of the finger, also if the motions did not suffice.
-    pub fn so_far(&self) -> Calibrated {
+    pub fn estimate(&self) -> Calibrated {
         let (tuning, depth_offset_mm) = finger(self.estimate);
         let [size, stiffness, lambda, offset] = self.standard_errors();
         Calibrated {
@@ -347,7 +347,7 @@ impl<'a, const M: usize, const N: usize, const B: usize> Calibration<'a, M, N, B
         if !self.settled || self.seen < self.blocks.len() {
             return Err(NotCalibrated::Unsettled);
         }
-        let found = self.so_far();
+        let found = self.estimate();
         let Tuning { size, stiffness, lambda } = found.tuning;
         let values = [size, stiffness, lambda, found.depth_offset_mm];
         for ((what, value), [low, high]) in NAMES.into_iter().zip(values).zip(RANGES) {

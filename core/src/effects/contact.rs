@@ -114,7 +114,7 @@ impl<const M: usize, const P: usize> Contact<M, P> {
     }
 
     /// Records a rest of the finger without contact: the time of occlusion restarts at zero.
-    pub(super) fn rested(&mut self) {
+    pub(super) fn record_rest(&mut self) {
         self.occlusion_s = Sum::default();
     }
 }

@@ -68,8 +68,8 @@ impl<'a> Effects<'a> {
     }
 
     /// Records a rest of the finger without contact: the time of occlusion restarts at zero.
-    pub fn rested<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
-        contact.rested();
+    pub fn record_rest<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
+        contact.record_rest();
     }
 }
 

@@ -248,7 +248,7 @@ fn a_finger_of_finite_elements_is_found() {
             }
             let calibration = settle(calibration);
             let found =
-                calibration.result().unwrap_or_else(|e| panic!("{size} {case}: {e} {:?}", calibration.so_far()));
+                calibration.result().unwrap_or_else(|e| panic!("{size} {case}: {e} {:?}", calibration.estimate()));
             let Tuning { size: s, stiffness: e, lambda: l, .. } = found.tuning;
             let off = [s / size, e / stiffness, l / lambda].map(|x| 100.0 * (x - 1.0));
             let errors = found.tuning_error.map(|e| 100.0 * e);
@@ -362,7 +362,7 @@ fn any_bits_leave_a_finger_in_range() {
         let m =
             Motion { depth_mm: bits(), slide_increment_mm: [bits(), bits()], spin_increment_rad: bits(), dt_s: bits() };
         calibration.step(m, Measured { normal_force_n: bits(), friction_n: [bits(), bits()] });
-        let Calibrated { tuning: t, depth_offset_mm, tuning_error, .. } = calibration.so_far();
+        let Calibrated { tuning: t, depth_offset_mm, tuning_error, .. } = calibration.estimate();
         assert!(
             (0.5..=2.0).contains(&t.size) && (0.2..=5.0).contains(&t.stiffness) && (0.1..=10.0).contains(&t.lambda)
         );

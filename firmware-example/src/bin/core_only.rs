@@ -68,7 +68,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     let mut contact = Contact::<SPRINGS>::default();
     let effects = Effects::of_file(&file).ok()?;
     black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
-    Effects::rested(&mut contact);
+    Effects::record_rest(&mut contact);
     black_box(requests(&model, &mut state, f));
     black_box(calibrate(&model, f));
     let saved = black_box(state.to_bytes(model.data()));
@@ -82,7 +82,7 @@ fn calibrate(model: &Model<'_>, f: [f32; 4]) -> Option<Result<Calibrated, NotCal
     for _ in 0..black_box(1000) {
         calibration.step(black_box(motion), black_box(Measured { normal_force_n: f[0], friction_n: [f[1], f[2]] }));
     }
-    black_box((calibration.so_far(), calibration.model().is_ok()));
+    black_box((calibration.estimate(), calibration.model().is_ok()));
     Some(calibration.result())
 }
 

@@ -239,7 +239,7 @@ fn calibration(samples: &[[f32; 4]]) -> Result<(), Error> {
     let mut bench = CalibrationBench { calibration: Calibration::new(&model, Settings::default()), measured };
     print("calibration, a reading", count(recorded, &mut bench, samples));
     print("calibration, work on a block", count(worked, &mut bench, samples));
-    black_box(bench.calibration.so_far());
+    black_box(bench.calibration.estimate());
     Ok(())
 }
 

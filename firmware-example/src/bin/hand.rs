@@ -97,9 +97,9 @@ fn hold(pad: &Pad<'_>, control: bool) -> Result<Outcome, Error> {
         read = now;
         let turned = place[3] + ENCODER_DEG / TURN_DEG[0] * noise.uniform();
         let seen = [now[0], now[1], place[2] + ENCODER_MM * noise.uniform(), turned];
-        let (_, told, _) = observed.step(pad, depth + ENCODER_MM * noise.uniform(), by, &seen);
+        let (_, answer, _) = observed.step(pad, depth + ENCODER_MM * noise.uniform(), by, &seen);
         if control && time > 0.2 {
-            extra = grip.update(told, DT_S);
+            extra = grip.update(answer, DT_S);
         }
         o.status = o.status.with(status);
         if time > 0.5 {

@@ -14,7 +14,8 @@ use fingerpad::build::Data;
 use fingerpad_diagnose::laws::{Column, run_columns::template};
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile, Options,
-    PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces, understand,
+    PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces,
+    preflight_report,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -77,7 +78,7 @@ fn check(calibration: &Path, measured: &[SessionFile], map: &ColumnMap, laws: &L
         set.notes.iter().for_each(|note| println!("  {note}"));
     }
     let [(_, calibration), (_, measured)] = &sets;
-    understand(calibration, measured, laws)?.iter().for_each(|line| println!("{line}"));
+    preflight_report(calibration, measured, laws)?.iter().for_each(|line| println!("{line}"));
     Ok(())
 }
 

@@ -117,10 +117,10 @@ pub fn table(all: &[Outcome]) -> String {
     number(&mut out, "amplitude error at 10 %, 90th percentile, %", errors, 0.9, 100.0, [20.0, 12.0]);
     // Nine tenths of normal errors of such a standard deviation are below a fifth.
     let can_tell = |o: &&&Outcome| o.oracle_amplitude_sd.is_some_and(|sd| 1.645 * sd < 0.2);
-    let told: Vec<f64> = ten.iter().filter(can_tell).filter_map(|o| o.amplitude_error).collect();
+    let errors: Vec<f64> = ten.iter().filter(can_tell).filter_map(|o| o.amplitude_error).collect();
     for (what, at, aims) in [("median", 0.5, [5.0, 3.0]), ("90th percentile", 0.9, [20.0, 12.0])] {
         let what = format!("of it sets of which the oracle's own 90th percentile is below 20 %, {what}, %");
-        number(&mut out, &what, told.clone(), at, 100.0, aims);
+        number(&mut out, &what, errors.clone(), at, 100.0, aims);
     }
     let best = quantile(by_oracle(0.6745), 0.5) * 100.0;
     let _ = writeln!(

@@ -94,7 +94,7 @@ fn the_pages_ten_laws_give_what_the_page_says() {
 /// A model file with one law as a table.
 fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     let table = tabulate(own, &typical(own), |driver| own.drivers[driver].range).unwrap();
-    let summary = table.told(own);
+    let summary = table.summary(own);
     println!("{summary}");
     assert!(summary.largest_error <= 0.01 * summary.largest_change, "{summary}");
     let mut section = vec![0.0; 3];

@@ -1,19 +1,23 @@
-//! A law of the user's own in the diagnosis: a hidden electroadhesion is named with its file of laws and refused without.
+//! A law of the user's own in the diagnosis: a hidden electroadhesion is named with its file of laws and refused without, also one
+//! that follows the voltage late or its rate.
+
+use std::f64::consts::TAU;
 
 use fingerpad_diagnose::confirm::{FeRow, FeStroke, FingerScale};
 use fingerpad_diagnose::laws::{Column, find};
 use fingerpad_diagnose::{
-    ActiveLaw, DiagnoseError, Diagnosis, Evidence, LawsFile, Options, PlanConstraints, RunSet, SelectionSettings,
-    Verdict, corrected_model, diagnose, replay_all,
+    ActiveLaw, ColumnMap, DiagnoseError, Diagnosis, Evidence, LawsFile, Options, PlanConstraints, RunSet,
+    SelectionSettings, Verdict, corrected_model, diagnose, replay_all, runs_csv,
 };
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_tests::synthetic_truth::Random;
+use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::Effect as Hidden;
 use fingerpad_tests::synthetic_truth::fe_sets::{self, confirm};
-use fingerpad_tests::synthetic_truth::loggers::Logger;
-use fingerpad_tests::synthetic_truth::protocol::Stroke;
+use fingerpad_tests::synthetic_truth::loggers::{self, Logger};
+use fingerpad_tests::synthetic_truth::protocol::{Stroke, logged_strokes};
 use fingerpad_tests::synthetic_truth::score::{reference, shipped};
-use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case, record};
+use fingerpad_tests::synthetic_truth::sets::{Case, Hide, case, case_of, record};
 
 const ELECTROADHESION: &str = r#"
 [[column]]
@@ -132,6 +136,120 @@ fn a_file_of_laws_names_nothing_where_its_column_does_nothing() {
         let measured = under_voltage(&case, Protocol::Clean, seed, 0.0);
         let (report, _) = diagnosed(&case.calibration, &measured, laws());
         assert_eq!((report.verdict, named(&report)), (Verdict::None, vec![]), "{seed}");
+    }
+}
+
+/// Laws of a voltage that changes within a run: of its value 0.3 s before, of its rate, and of its value now.
+const CHANGING_VOLTAGE: &str = r#"
+[[column]]
+name = "voltage_v"
+unit = "V"
+range = [0, 200]
+
+[[column]]
+name = "late_v"
+unit = "V"
+range = [0, 200]
+delayed = "voltage_v"
+delay_s = 0.3
+
+[[column]]
+name = "voltage_rate"
+unit = "V/s"
+range = [-400, 400]
+rate_of = "voltage_v"
+
+[[law]]
+name = "late"
+acts_on = "strength"
+formula = "gain * (late_v / 100)^2"
+confused_with = ["prompt", "rate"]
+parameter = [{ name = "gain", unit = "", range = [0, 1], typical = 0.05 }]
+
+[[law]]
+name = "rate"
+acts_on = "strength"
+formula = "slope * voltage_rate / 100"
+confused_with = ["prompt", "late"]
+parameter = [{ name = "slope", unit = "", range = [-1, 1], typical = 0.05 }]
+
+[[law]]
+name = "prompt"
+acts_on = "strength"
+formula = "gain * (voltage_v / 100)^2"
+confused_with = ["late", "rate"]
+parameter = [{ name = "gain", unit = "", range = [0, 1], typical = 0.05 }]
+"#;
+
+/// Measured runs at 100 rows a second whose strength follows a swinging voltage by a law of the file above, through the logger of the
+/// case; `law` of size 0 is no effect.
+fn under_changing_voltage(case: &Case, seed: u64, law: &str, size: f64) -> RunSet {
+    let mut random = Random::new(seed ^ 0xE1EC);
+    let rate = case.protocol.rate(seed, false).expect("a constant rate");
+    let plans: Vec<_> = case.strokes.iter().map(|s| s.plan.clone()).collect();
+    let logged = logged_strokes(&plans, rate.rate_hz, &mut random);
+    let (strokes, read): (Vec<Stroke>, Vec<_>) = logged.into_iter().map(|l| (l.stroke, l.read)).unzip();
+    let phases: Vec<f64> = strokes.iter().map(|_| TAU * random.unit()).collect();
+    let omega = TAU / 3.0;
+    let voltage = |t_s: f64, phase: f64| 100.0 + 80.0 * (omega * t_s + phase).sin();
+    let strength = |t_s: f64, phase: f64| match law {
+        "late" => size * (voltage(t_s - 0.3, phase) / 100.0).powi(2),
+        "rate" => size * 0.8 * omega * (omega * t_s + phase).cos(),
+        _ => size * (voltage(t_s, phase) / 100.0).powi(2),
+    };
+    // The simulator has no voltage: it is replaced by a contact time of which the strength is 2 - exp(-time).
+    let by_contact_time = [Hidden { name: "occlusion_growth", amplitude: 1.0, shape: [1.0, 0.0], form: 1.0 }];
+    let mut next = phases.iter();
+    let set = record(&strokes, &case.noise, &mut random, "measured", None, &mut |stroke, scatter| {
+        let phase = *next.next().expect("a phase for each stroke");
+        let mut charged = stroke.clone();
+        charged.rows.iter_mut().for_each(|row| row.occlusion_s = -(-strength(row.t_s, phase)).ln_1p());
+        let times: Vec<f64> = stroke.rows.iter().map(|row| row.t_s).collect();
+        let signed = case.finger.readings(&charged, &by_contact_time, scatter);
+        rate.through(&times, signed)
+    });
+    let text = csv::text(&set);
+    let mut lines = text.lines();
+    let mut out = format!("{},voltage_v\n", lines.next().expect("a header"));
+    for ((run, phase), read) in set.runs.iter().zip(&phases).zip(&read) {
+        let lines: Vec<&str> = lines.by_ref().take(run.rows.len()).collect();
+        for i in read {
+            out += &format!("{},{}\n", lines[*i], voltage(run.rows[*i].t_s, *phase));
+        }
+    }
+    let path = std::env::temp_dir().join(format!("changing-voltage-{law}-{seed}-{}.csv", std::process::id()));
+    std::fs::write(&path, out).unwrap();
+    let laws = LawsFile::parse("mine.toml".as_ref(), CHANGING_VOLTAGE).unwrap();
+    let map = ColumnMap::parse_with(laws.columns, None, None).unwrap();
+    let read = runs_csv::read_mapped(&path, &map, &mut |_| true).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    read
+}
+
+/// A law of the derivative of a column and one of an earlier value, at 100 rows a second with and without a lag of the forces.
+#[test]
+#[ignore = "slow: `cargo xtask test --slow`"]
+fn laws_of_a_rate_and_of_an_earlier_value_are_named_and_not_that_of_the_value_now() {
+    for (protocol, seed, law, size) in [
+        (loggers::Protocol::Uniform100, 341, "late", 0.06),
+        (loggers::Protocol::Lag, 342, "late", 0.06),
+        (loggers::Protocol::Lag, 343, "rate", 0.06),
+        (loggers::Protocol::Lag, 344, "prompt", 0.06),
+        (loggers::Protocol::Lag, 345, "prompt", 0.0),
+    ] {
+        let case = case_of(protocol, seed, Hide::Nothing, 0.0, 0, 60, true);
+        let measured = under_changing_voltage(&case, seed, law, size);
+        let laws = LawsFile::parse("mine.toml".as_ref(), CHANGING_VOLTAGE).unwrap();
+        let (report, _) = diagnosed(&case.calibration, &measured, laws);
+        println!("{protocol:?} {seed} {law}: {:?} {:?}, lag {:?}", report.verdict, named(&report), report.instrument);
+        if size == 0.0 {
+            assert_eq!((report.verdict, named(&report)), (Verdict::None, vec![]));
+            continue;
+        }
+        assert_eq!((report.verdict, named(&report)), (Verdict::Named, vec![law]), "{protocol:?} {seed}");
+        let found = &report.effects[0].parameters[0];
+        println!("  {:.4} {:.4?}, truth {size}", found.value, found.ci95);
+        assert!((found.value / size - 1.0).abs() < 0.25, "{found:?}");
     }
 }
 

@@ -104,21 +104,21 @@ impl<'a> PadTeller<'a> {
 
     pub fn step(&mut self, [depth_mm, x, y, spin_increment_rad, pitch, roll, dt_s]: [f32; 7]) -> String {
         let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
-        let told = forces(&self.pad.step(&mut self.roomy, &self.body, motion, [pitch, roll]));
+        let answered = forces(&self.pad.step(&mut self.roomy, &self.body, motion, [pitch, roll]));
         if let Some(state) = &mut self.state {
             let small = forces(&self.pad.step(state, &self.body, motion, [pitch, roll]));
-            assert_eq!(told, small, "room for more patches changes the answer");
+            assert_eq!(answered, small, "room for more patches changes the answer");
         }
-        told
+        answered
     }
 
     pub fn patches(&self) -> String {
         let patches = self.pad.patch_states(&self.roomy, &self.body);
-        let told = |p: &fingerpad::pad::PatchState| {
+        let row = |p: &fingerpad::pad::PatchState| {
             let ([x, y, z], [along, across]) = (p.place_mm, p.traction_mpa);
             words(&[x, y, z, p.pressure_mpa, along, across, p.contact_area_mm2, p.stick_ratio, p.used])
         };
-        patches.iter().take(self.patch_count()).map(told).collect()
+        patches.iter().take(self.patch_count()).map(row).collect()
     }
 
     pub fn save(&mut self) -> String {
@@ -134,5 +134,5 @@ fn saved<const P: usize>(pad: u32, state: &mut PadState<P>) -> String {
     let mut bytes = vec![0; pad_state_bytes(P)];
     state.write_bytes(pad, &mut bytes).expect("the buffer has that length");
     *state = PadState::read_bytes(pad, &bytes).expect("what was written can be read");
-    bytes.iter().fold(" ".to_owned(), |told, byte| told + &format!("{byte:02x}"))
+    bytes.iter().fold(" ".to_owned(), |text, byte| text + &format!("{byte:02x}"))
 }

@@ -32,45 +32,45 @@ impl Noise {
 /// Clean and disturbed with the shipped model, then both with the other one, which has effects and tables over a voltage, then
 /// both with each pad.
 pub fn story(pads: &[PadModelFile]) -> Vec<Request> {
-    let mut told = vec![Request::Model(0)];
-    clean(&mut told);
-    told.push(Request::Model(0));
-    disturbed(&mut told, &mut Noise(SEED));
-    told.push(Request::Model(1));
-    clean(&mut told);
-    disturbed(&mut told, &mut Noise(SEED + 1));
+    let mut requests = vec![Request::Model(0)];
+    clean(&mut requests);
+    requests.push(Request::Model(0));
+    disturbed(&mut requests, &mut Noise(SEED));
+    requests.push(Request::Model(1));
+    clean(&mut requests);
+    disturbed(&mut requests, &mut Noise(SEED + 1));
     for (k, pad) in pads.iter().enumerate() {
-        hand_over(&mut told, pad.bytes());
-        told.push(Request::PadLoad(k));
-        pad_clean(&mut told);
-        pad_disturbed(&mut told, &mut Noise(SEED + 2 + k as u32));
+        hand_over(&mut requests, pad.bytes());
+        requests.push(Request::PadLoad(k));
+        pad_clean(&mut requests);
+        pad_disturbed(&mut requests, &mut Noise(SEED + 2 + k as u32));
     }
-    told
+    requests
 }
 
 /// A pad's file, word by word.
-fn hand_over(told: &mut Vec<Request>, bytes: &[u8]) {
+fn hand_over(requests: &mut Vec<Request>, bytes: &[u8]) {
     let word = |four: &[u8]| u32::from_le_bytes(std::array::from_fn(|i| four.get(i).copied().unwrap_or(0)));
     for piece in bytes.chunks(44) {
         let mut words = [0; 11];
         let count = piece.len().div_ceil(4);
         words.iter_mut().zip(piece.chunks(4)).for_each(|(to, four)| *to = word(four));
-        told.push(Request::PadWords { words, count });
+        requests.push(Request::PadWords { words, count });
     }
 }
 
 /// The clean path alone.
 pub fn clean_story() -> Vec<Request> {
-    let mut told = Vec::new();
-    clean(&mut told);
-    told
+    let mut requests = Vec::new();
+    clean(&mut requests);
+    requests
 }
 
 /// The disturbed path alone.
 pub fn disturbed_story() -> Vec<Request> {
-    let mut told = Vec::new();
-    disturbed(&mut told, &mut Noise(SEED));
-    told
+    let mut requests = Vec::new();
+    disturbed(&mut requests, &mut Noise(SEED));
+    requests
 }
 
 fn step(depth_mm: f32, x: f32, y: f32, spin: f32) -> Request {
@@ -78,49 +78,49 @@ fn step(depth_mm: f32, x: f32, y: f32, spin: f32) -> Request {
 }
 
 /// Press to 1 mm, slide 2 mm obliquely, hold, lift.
-fn clean(told: &mut Vec<Request>) {
-    told.extend((1..=100).map(|k| step(0.01 * k as f32, 0.0, 0.0, 0.0)));
-    told.extend((0..200).map(|_| step(1.0, 0.01, 0.002, 0.0)));
-    told.extend((0..20).map(|_| step(1.0, 0.0, 0.0, 0.0)));
-    told.extend([Request::Gradient([0.0, 1.0, 0.2]), Request::Grip([0.1, 0.05, 0.2, 1.0]), Request::Save]);
-    told.extend((0..=100).map(|k| step(1.0 - 0.01 * k as f32, 0.0, 0.0, 0.0)));
+fn clean(requests: &mut Vec<Request>) {
+    requests.extend((1..=100).map(|k| step(0.01 * k as f32, 0.0, 0.0, 0.0)));
+    requests.extend((0..200).map(|_| step(1.0, 0.01, 0.002, 0.0)));
+    requests.extend((0..20).map(|_| step(1.0, 0.0, 0.0, 0.0)));
+    requests.extend([Request::Gradient([0.0, 1.0, 0.2]), Request::Grip([0.1, 0.05, 0.2, 1.0]), Request::Save]);
+    requests.extend((0..=100).map(|k| step(1.0 - 0.01 * k as f32, 0.0, 0.0, 0.0)));
 }
 
-fn disturbed(told: &mut Vec<Request>, noise: &mut Noise) {
+fn disturbed(requests: &mut Vec<Request>, noise: &mut Noise) {
     let (mut depth, mut target, mut slide, mut spin) = (0.0f32, 1.0f32, [0.0f32; 2], 0.0f32);
     for i in 0..6000 {
         if i % 64 == 0 {
             target = 2.0 * noise.unit() - 0.2;
             slide = [noise.about(0.05), noise.about(0.05)];
             spin = noise.about(0.02);
-            told.push(Request::Factor(0.5 + noise.unit()));
+            requests.push(Request::Factor(0.5 + noise.unit()));
         }
         depth += 0.1 * (target - depth);
         let vibration = if i % 128 < 64 { 0.01 * (0.7 * i as f32).sin() } else { 0.0 };
-        told.push(step(
+        requests.push(step(
             depth + noise.about(0.005) + vibration,
             slide[0] + noise.about(0.002),
             slide[1] + noise.about(0.002),
             spin + noise.about(0.001),
         ));
-        told.extend(now_and_then(i, noise));
+        requests.extend(now_and_then(i, noise));
     }
 }
 
 /// What interrupts a disturbed path at step `i`.
 fn now_and_then(i: u32, noise: &mut Noise) -> Vec<Request> {
-    let mut told = Vec::new();
+    let mut requests = Vec::new();
     if i % 700 == 350 {
         let near = |noise: &mut Noise| 0.8 + 0.4 * noise.unit();
-        told.push(Request::Tune([near(noise), near(noise), near(noise)]));
+        requests.push(Request::Tune([near(noise), near(noise), near(noise)]));
     }
     if i % 97 == 50 {
-        told.push(Request::Save);
-        told.push(Request::Gradient([noise.about(1.0), noise.about(1.0), noise.about(1.0)]));
-        told.push(Request::Grip([noise.about(0.5), noise.about(0.5), 0.5 * noise.unit(), 0.5 + noise.unit()]));
+        requests.push(Request::Save);
+        requests.push(Request::Gradient([noise.about(1.0), noise.about(1.0), noise.about(1.0)]));
+        requests.push(Request::Grip([noise.about(0.5), noise.about(0.5), 0.5 * noise.unit(), 0.5 + noise.unit()]));
     }
     if i % 53 == 20 {
-        told.push(Request::Driven {
+        requests.push(Request::Driven {
             by_normal_force: i % 2 == 0,
             by_friction: i % 3 == 0,
             numbers: [
@@ -144,12 +144,12 @@ fn now_and_then(i: u32, noise: &mut Noise) -> Vec<Request> {
         let own = [voltage_v, 0.0, 0.0, 0.0];
         let [hydration, width] = [hydration_au, finger_width_mm];
         let state = [hydration, temperature_c, width, series_s, nan, nan, nan];
-        told.push(Request::Around(std::array::from_fn(|k| if k < 7 { state[k] } else { own[k - 7] })));
+        requests.push(Request::Around(std::array::from_fn(|k| if k < 7 { state[k] } else { own[k - 7] })));
     }
     if i % 211 == 100 {
-        told.extend(nonsense(noise));
+        requests.extend(nonsense(noise));
     }
-    told
+    requests
 }
 
 /// What no caller should say and some will.
@@ -183,24 +183,24 @@ fn body(k: u32, [pitch, roll]: [f32; 2]) -> Request {
 }
 
 /// On each body: press to 1 mm, slide, turn and roll the finger, hold, lift.
-fn pad_clean(told: &mut Vec<Request>) {
-    told.push(Request::Pad([1.0; 3]));
+fn pad_clean(requests: &mut Vec<Request>) {
+    requests.push(Request::Pad([1.0; 3]));
     for k in 0..6 {
-        told.push(body(k, [30.0, 0.0]));
+        requests.push(body(k, [30.0, 0.0]));
         let step = |depth: f32, x: f32, spin: f32, pitch: f32, roll: f32| {
             Request::PadStep([depth, x, 0.2 * x, spin, pitch, roll, DT_S])
         };
-        told.extend((1..=50).map(|i| step(0.02 * i as f32, 0.0, 0.0, 30.0, 0.0)));
-        told.extend((0..50).map(|_| step(1.0, 0.01, 0.0, 30.0, 0.0)));
-        told.extend((1..=50).map(|i| step(1.0, 0.0, 0.002, 30.0 + 0.2 * i as f32, -0.2 * i as f32)));
-        told.extend((0..10).map(|_| step(1.0, 0.0, 0.0, 40.0, -10.0)));
-        told.extend([Request::Patches, Request::PadSave]);
-        told.extend((0..=50).map(|i| step(1.0 - 0.02 * i as f32, 0.0, 0.0, 40.0, -10.0)));
+        requests.extend((1..=50).map(|i| step(0.02 * i as f32, 0.0, 0.0, 30.0, 0.0)));
+        requests.extend((0..50).map(|_| step(1.0, 0.01, 0.0, 30.0, 0.0)));
+        requests.extend((1..=50).map(|i| step(1.0, 0.0, 0.002, 30.0 + 0.2 * i as f32, -0.2 * i as f32)));
+        requests.extend((0..10).map(|_| step(1.0, 0.0, 0.0, 40.0, -10.0)));
+        requests.extend([Request::Patches, Request::PadSave]);
+        requests.extend((0..=50).map(|i| step(1.0 - 0.02 * i as f32, 0.0, 0.0, 40.0, -10.0)));
     }
 }
 
 /// On bodies that change: noise, reversals, spin, rolling, changing strength and finger, and nonsense.
-fn pad_disturbed(told: &mut Vec<Request>, noise: &mut Noise) {
+fn pad_disturbed(requests: &mut Vec<Request>, noise: &mut Noise) {
     let (mut depth, mut target, mut slide, mut spin) = (0.0f32, 1.0f32, [0.0f32; 2], 0.0f32);
     let (mut pose, mut toward) = ([30.0f32, 0.0], [30.0f32, 0.0]);
     for i in 0..3000u32 {
@@ -209,20 +209,20 @@ fn pad_disturbed(told: &mut Vec<Request>, noise: &mut Noise) {
             slide = [noise.about(0.05), noise.about(0.05)];
             spin = noise.about(0.02);
             toward = [40.0 + noise.about(35.0), noise.about(35.0)];
-            told.push(Request::PadFactor(0.5 + noise.unit()));
+            requests.push(Request::PadFactor(0.5 + noise.unit()));
         }
         if i % 500 == 300 {
             let near = |noise: &mut Noise| 0.8 + 0.4 * noise.unit();
-            told.push(Request::Pad([near(noise), near(noise), near(noise)]));
+            requests.push(Request::Pad([near(noise), near(noise), near(noise)]));
         }
         if i % 250 == 50 || i % 500 == 300 {
-            told.push(body(noise.bits() >> 20, pose));
+            requests.push(body(noise.bits() >> 20, pose));
         }
         depth += 0.1 * (target - depth);
         for (at, to) in pose.iter_mut().zip(toward) {
             *at += 0.05 * (to - *at);
         }
-        told.push(Request::PadStep([
+        requests.push(Request::PadStep([
             depth + noise.about(0.005),
             slide[0] + noise.about(0.002),
             slide[1] + noise.about(0.002),
@@ -232,10 +232,10 @@ fn pad_disturbed(told: &mut Vec<Request>, noise: &mut Noise) {
             DT_S,
         ]));
         if i % 97 == 50 {
-            told.extend([Request::PadSave, Request::Patches]);
+            requests.extend([Request::PadSave, Request::Patches]);
         }
         if i % 211 == 100 {
-            told.extend(pad_nonsense(noise));
+            requests.extend(pad_nonsense(noise));
         }
     }
 }

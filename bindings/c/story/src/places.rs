@@ -22,7 +22,7 @@ const PARTS_MAX: f64 = 1000.0;
 /// The disturbed and clean steps of a story, with strength, as places.
 fn places(story: &[Request], own: f32) -> Vec<Place> {
     let mut at = [0.0, 0.0, 0.0, 0.0, 1.0, f64::from(own)];
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     for request in story {
         match *request {
             Request::Factor(factor) if (0.1..=5.0).contains(&factor) => at[4] = f64::from(factor),
@@ -37,12 +37,12 @@ fn places(story: &[Request], own: f32) -> Vec<Place> {
                         at[k + 1] = row[k + 1];
                     }
                 }
-                told.push(row);
+                lines.push(row);
             }
             _ => {}
         }
     }
-    told
+    lines
 }
 
 /// Rows of `inputs | answers` for a model: with spin, or with its effects where it has some.
@@ -51,7 +51,7 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
     let (mut spin, mut contact) = (SpinState::default(), Contact::<SPRINGS>::default());
     let effects = Effects::of_file(&model).expect("the story's files have known effects");
     let mut followed = [0.0f64; 4];
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     for place in places(story, reference(&model).own[0]) {
         let factor = place[4] as f32;
         spin.set_strength_factor(factor);
@@ -85,9 +85,9 @@ pub fn rows(story: &[Request], file: &ModelFile) -> Vec<String> {
             r.band_normal_n,
             r.band_friction_n,
         ];
-        told.push(format!("{} |{} {} {}", inputs.join(" "), words(&outputs), r.regime as u8, status.0));
+        lines.push(format!("{} |{} {} {}", inputs.join(" "), words(&outputs), r.regime as u8, status.0));
     }
-    told
+    lines
 }
 
 /// The motions that lead in a straight line from the place that is followed to a new one.

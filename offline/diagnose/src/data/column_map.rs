@@ -134,7 +134,7 @@ impl ColumnMap {
     }
 
     /// What was understood, one line a column.
-    pub fn told(&self) -> Vec<String> {
+    pub fn used(&self) -> Vec<String> {
         let of = |e: &Entry| {
             let turned = if e.turned { ", turned round" } else { "" };
             let unit = e.unit.map_or_else(String::new, |u| format!(", in {}", u.name));

@@ -184,9 +184,15 @@ impl Motion {
         let left = (b.t_s - moved_s) / (b.t_s - a.t_s);
         let between = |a: f64, b: f64| b + left * (a - b);
         let short_mm = left * (to[0] - from[0]).hypot(to[1] - from[1]);
+        // A column that is not known before has the value after.
+        let column = |a: f64, b: f64| if a.is_finite() { between(a, b) } else { b };
         let row = Row {
             t_s,
             depth_mm: between(a.depth_mm, b.depth_mm),
+            occlusion_s: column(a.occlusion_s, b.occlusion_s),
+            hydration_au: column(a.hydration_au, b.hydration_au),
+            temperature_c: column(a.temperature_c, b.temperature_c),
+            own: std::array::from_fn(|k| column(a.own[k], b.own[k])),
             contact_time_s: b.contact_time_s - (b.t_s - moved_s),
             path_mm: (b.path_mm - short_mm).max(0.0),
             turn_mm: (b.turn_mm - short_mm).max(0.0),
@@ -213,7 +219,9 @@ mod tests {
             let (depth_mm, slide) = motion(t_s);
             RawRow::bare(i, t_s, depth_mm, [slide, 0.0], [1.0, 0.5, 0.0])
         };
-        run_of("m.csv".as_ref(), Labels::default(), &(0..100).map(row).collect::<Vec<_>>()).unwrap()
+        let mut run = run_of("m.csv".as_ref(), Labels::default(), &(0..100).map(row).collect::<Vec<_>>()).unwrap();
+        run.rows.iter_mut().for_each(|row| row.own[0] = 50.0 * row.t_s);
+        run
     }
 
     #[test]
@@ -229,6 +237,8 @@ mod tests {
                     assert!(row.t_s == run.rows[i].t_s && moved.force_n[*place] == run.force_n[i]);
                     let (depth_mm, slide) = motion((row.t_s - delay_s).clamp(0.0, 0.99));
                     assert!((row.depth_mm - depth_mm).abs() < 1e-9, "{delay_s} {i}: {row:?}");
+                    let own = 50.0 * (row.t_s - delay_s).clamp(0.0, 0.99);
+                    assert!((row.own[0] - own).abs() < 1e-9, "{delay_s} {i}: {row:?}");
                     assert!((moved.slide_mm[*place][0] - slide).abs() < 1e-9, "{delay_s} {i}");
                 }
                 // The turn has a row of its own, and the path is that of the plate.

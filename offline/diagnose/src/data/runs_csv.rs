@@ -116,7 +116,7 @@ pub fn read_union(
     }
     let names: Vec<String> = files.iter().map(|file| file.path.display().to_string()).collect();
     let mut set = assembler.into_set(PathBuf::from(names.join(" + ")));
-    set.notes.splice(0..0, notes.into_iter().chain(map.told()));
+    set.notes.splice(0..0, notes.into_iter().chain(map.used()));
     set.cautions.splice(0..0, cautions);
     set.rows_read = parts.iter().map(|part| part.rows_read).sum();
     set.sha256.clone_from(&parts[0].sha256);
@@ -235,8 +235,8 @@ mod tests {
         let mut kept = [0; 16];
         set.runs.iter().for_each(|run| kept[((run.depth_mm() - 0.4) / 0.1).round() as usize] += 1);
         assert!(kept.iter().all(|k| (92..=108).contains(k)), "{kept:?}");
-        let told = format!("{} of 6400 runs are used, a random sample", set.runs.len());
-        assert!(set.cautions.iter().any(|c| c.kind == "thinned" && c.text.contains(&told)), "{:?}", set.cautions);
+        let text = format!("{} of 6400 runs are used, a random sample", set.runs.len());
+        assert!(set.cautions.iter().any(|c| c.kind == "thinned" && c.text.contains(&text)), "{:?}", set.cautions);
     }
 
     /// A plate that goes back and forth 20 times in 30 000 rows: all turns stay, and the way between them.
@@ -257,8 +257,8 @@ mod tests {
         assert!((way / 60.0 - 1.0).abs() < 1e-3, "{way}");
         let touch = run.rows.iter().position(|r| r.depth_mm > 0.0).unwrap();
         assert!(run.rows[touch].depth_mm < 1e-3 && run.rows[touch - 1].depth_mm > -1e-3);
-        let told = format!("1 of 1 runs are longer than {KEPT_ROWS} rows");
-        assert!(set.cautions.iter().any(|c| c.text.contains(&told)), "{:?}", set.cautions);
+        let text = format!("1 of 1 runs are longer than {KEPT_ROWS} rows");
+        assert!(set.cautions.iter().any(|c| c.text.contains(&text)), "{:?}", set.cautions);
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub use drivers::OwnColumn;
 pub use file::LawsFile;
 pub use fingerpad::effects::{Column, LAWS, Law, OWN, Place, REFERENCE_AREA_MM2, Reported, find};
 pub use own_law::OwnFormula;
-pub use tabulation::TableTold;
+pub use tabulation::TableSummary;
 
 /// What a law may read in one row of a run.
 pub type Row = fingerpad::effects::Conditions<f64>;

@@ -29,7 +29,7 @@ pub struct LawTable {
 
 /// The description of a table in the report.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct TableTold {
+pub struct TableSummary {
     /// The law.
     pub law: String,
     /// Its drivers.
@@ -127,10 +127,10 @@ impl LawTable {
     }
 
     /// Its description in the report.
-    pub fn told(&self, law: &OwnLaw) -> TableTold {
+    pub fn summary(&self, law: &OwnLaw) -> TableSummary {
         let axes = &self.axes[..law.drivers.len()];
         let end = |a: &Axis| f64::from(a.low) + (a.nodes - 1) as f64 / f64::from(a.per_unit);
-        TableTold {
+        TableSummary {
             law: law.law.name.to_owned(),
             drivers: law.drivers.iter().map(|d| d.name.clone()).collect(),
             ranges: axes.iter().map(|a| [f64::from(a.low), end(a)]).collect(),
@@ -142,7 +142,7 @@ impl LawTable {
     }
 }
 
-impl std::fmt::Display for TableTold {
+impl std::fmt::Display for TableSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let axes = self.drivers.iter().zip(&self.ranges).zip(&self.nodes);
         let axes: Vec<String> = axes

@@ -9,7 +9,7 @@ mod repeated;
 
 use serde::{Deserialize, Serialize};
 
-use crate::laws::{OwnFormula, TableTold};
+use crate::laws::{OwnFormula, TableSummary};
 
 pub use fit_quality::{CrossValidationError, Region};
 pub use group::{FingerAlone, FingerSize, GroupDiagnosis, GroupVerdict, SharedLaw, SharedSize};
@@ -387,7 +387,7 @@ pub struct Diagnosis {
     pub corrected_rms_n: Option<[f64; 3]>,
     /// How laws of the user's own stand in the corrected model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub corrected_tables: Vec<TableTold>,
+    pub corrected_tables: Vec<TableSummary>,
     /// Files of the diagnosis.
     pub input: Vec<InputFile>,
     /// Seed.

@@ -6,7 +6,7 @@ use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, export_to_core};
 
 use crate::error::DiagnoseError;
 use crate::laws::tabulation::tabulate;
-use crate::laws::{OwnColumn, Place, TableTold};
+use crate::laws::{OwnColumn, Place, TableSummary};
 use crate::model::active_law::ActiveLaw;
 use crate::model::core_replay::replay_all;
 use crate::model::prediction::strokes_of;
@@ -20,7 +20,7 @@ pub struct CorrectedModel {
     /// none), N: normal, x, y.
     pub rms_n: [f64; 3],
     /// How laws of the user's own stand in the file.
-    pub tables: Vec<TableTold>,
+    pub tables: Vec<TableSummary>,
 }
 
 /// Makes `corrected.fpm`.
@@ -42,7 +42,7 @@ pub fn corrected_model(
     let strokes = strokes_of(&evidence.calibration_set.runs);
     let CoreExport { data: tables, slots: of_model } = export_to_core(data, &smooth, &strokes).map_err(refuse)?;
     let model = tables.model().map_err(refuse)?;
-    let (mut slots, mut section, mut told) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut slots, mut section, mut summary) = (Vec::new(), Vec::new(), Vec::new());
     for active in &evidence.laws {
         let Some(own) = evidence.own.find(active.law) else {
             slots.push(slot(active, &tables, reference, evidence));
@@ -50,7 +50,7 @@ pub fn corrected_model(
         };
         let table = tabulate(own, &active.values, |driver| own.drivers[driver].range).map_err(DiagnoseError::Model)?;
         slots.push(table.append(own, &mut section));
-        told.push(table.told(own));
+        summary.push(table.summary(own));
     }
     slots.extend(of_model);
     let effects = Effects::with_tables(&slots, &section).map_err(refuse)?;
@@ -80,8 +80,8 @@ pub fn corrected_model(
         "rms_n": rms_n,
     });
     let mut columns = Vec::new();
-    if !told.is_empty() {
-        meta["tables"] = serde_json::json!(told);
+    if !summary.is_empty() {
+        meta["tables"] = serde_json::json!(summary);
         let of_file = evidence.own.columns.iter().map(OwnColumn::in_model_file);
         columns = of_file.collect::<Result<_, _>>().map_err(refuse)?;
     }
@@ -89,7 +89,7 @@ pub fn corrected_model(
     let of_laws = Tables { numbers: &section, columns: &columns };
     let mut bytes = vec![0; Data::file_length_with_tables(&slots, of_laws, &meta)];
     tables.write_file_with_tables(&slots, of_laws, &meta, &mut bytes).map_err(refuse)?;
-    Ok(CorrectedModel { bytes, rms_n, tables: told })
+    Ok(CorrectedModel { bytes, rms_n, tables: summary })
 }
 
 /// The effect slot of a law. Forces do not determine the area: where the file's area is not the one under which adhesion and drag

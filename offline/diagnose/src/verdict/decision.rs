@@ -237,7 +237,7 @@ impl<'a> Settling<'a> {
         loop {
             let fit = &self.selection.fit;
             let with = self.task.predict(&fit.parameters, &fit.laws);
-            let told = |i: usize| {
+            let small_law = |i: usize| {
                 let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
                 let without = self.task.predict(&fit.parameters, &others);
                 let share = share_of_forces(self.set, &without, &with);
@@ -245,7 +245,7 @@ impl<'a> Settling<'a> {
                 let of_sensor = in_air > -against_calibration(&self.settings).ln();
                 TooSmall { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
             };
-            let small = (0..self.hypotheses.len()).map(|i| (i, told(i)));
+            let small = (0..self.hypotheses.len()).map(|i| (i, small_law(i)));
             let by_calibration = |i: usize| self.selection.evidence[i].p_runs.by_calibration;
             let small = small.filter(|(i, s)| {
                 (s.share < LEAST_SIZE && !s.of_sensor) || s.gain_2ll < least_gain(s.law, by_calibration(*i))

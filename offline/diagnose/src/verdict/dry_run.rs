@@ -1,6 +1,6 @@
 //! What the files of a diagnosis can test, without a diagnosis.
 //!
-//! Main function: [`understand`].
+//! Main function: [`preflight_report`].
 
 use fingerpad_formats::significant;
 
@@ -19,7 +19,7 @@ use crate::verdict::regions::COLUMNS;
 ///
 /// # Errors
 /// [`DiagnoseError`] for sets that cannot carry a diagnosis.
-pub fn understand(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Result<Vec<String>, DiagnoseError> {
+pub fn preflight_report(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Result<Vec<String>, DiagnoseError> {
     let checked = Checked::new(calibration, measured, own)?;
     let mut out: Vec<String> = checked.cautions.into_iter().map(|c| c.text).collect();
     let exchanged = varied_in_calibration(calibration, measured, own);

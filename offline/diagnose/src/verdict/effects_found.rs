@@ -99,8 +99,8 @@ pub fn without_amplitude(selection: &Selection, gains_2ll: &[f64], runs: usize, 
     for (index, active) in selection.accepted().iter().enumerate() {
         // Amplitude and axis are fitted as two components; the amplitude is the first of what is reported.
         let amplitudes = if active.law.reported == Reported::AmplitudeAndAxis { 1 } else { active.law.linear };
-        let told = parameters(active, &fit.covariance, at, quantile, ln_area_sd, gains_2ll[index]);
-        if told[..amplitudes].iter().all(|p| p.ci95[0] <= 0.0 && p.ci95[1] >= 0.0) {
+        let fitted = parameters(active, &fit.covariance, at, quantile, ln_area_sd, gains_2ll[index]);
+        if fitted[..amplitudes].iter().all(|p| p.ci95[0] <= 0.0 && p.ci95[1] >= 0.0) {
             out.push(index);
         }
         at += active.values.len();

@@ -136,12 +136,12 @@ pub fn power(
     };
     let none = of(&|cell| cell.effect.is_none());
     let with_size = |size: f64| of(&|cell| cell.effect.is_some_and(|(_, of_cell)| of_cell == size));
-    let told =
+    let cell =
         |(cell, counts): (&Cell, &Counts)| cell.effect.map(|(law, size)| counts.cell(law.name, law.family, size));
     Power {
         false_alarm: Rate::of(none.detected, none.sets),
         by_size: settings.sizes.iter().map(|size| with_size(*size).cell("all", "all", *size)).collect(),
-        cells: cells.iter().zip(&counts).filter_map(told).collect(),
+        cells: cells.iter().zip(&counts).filter_map(cell).collect(),
         not_simulated,
         sets: counts.iter().map(|c| c.sets).sum(),
         elapsed_s: elapsed(),

@@ -46,15 +46,15 @@ pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(
     done.sort_by_key(|d| d.0);
     let (_, all) = done.pop()?;
     let kept = done.iter().filter(|(_, o)| o.verdict == all.verdict && o.families() == all.families()).count();
-    let told = |outcome: &Outcome, group: usize| LeftOut {
+    let left_out = |outcome: &Outcome, group: usize| LeftOut {
         runs: (0..runs).filter(|run| group_of[*run] == group).map(|run| set.runs[run].labels.run.clone()).collect(),
         verdict: outcome.verdict,
         laws: outcome.effects.iter().map(|e| e.0.to_owned()).collect(),
         gain_2ll: outcome.gain_2ll,
     };
     Some(Stability {
-        all: told(&all, groups),
-        groups: done.iter().map(|(group, outcome)| told(outcome, *group)).collect(),
+        all: left_out(&all, groups),
+        groups: done.iter().map(|(group, outcome)| left_out(outcome, *group)).collect(),
         kept,
     })
 }

@@ -6,7 +6,7 @@ use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 use rayon::prelude::*;
 
 use super::score::{errors, largest};
-use super::{PadModel, Tuning, replay};
+use super::{FittedNumbers, PadModel, replay};
 use crate::Run;
 
 /// Limits of a fit.
@@ -28,8 +28,8 @@ const NUMBERS: usize = 16;
 /// Number of parameters of either sign.
 const SIGNED: usize = 28;
 
-fn to_numbers(tuning: &Tuning) -> Vec<f64> {
-    let Tuning { law, local, spread, sheared, weight } = tuning;
+fn to_numbers(fitted: &FittedNumbers) -> Vec<f64> {
+    let FittedNumbers { law, local, spread, sheared, weight } = fitted;
     let logs = [
         law.softness[0],
         law.softness[1],
@@ -52,7 +52,7 @@ fn to_numbers(tuning: &Tuning) -> Vec<f64> {
     logs.into_iter().map(f64::ln).chain(signed).collect()
 }
 
-fn to_tuning(numbers: &[f64]) -> Tuning {
+fn to_fitted(numbers: &[f64]) -> FittedNumbers {
     let n: Vec<f64> = numbers[..NUMBERS].iter().map(|x| x.clamp(-14.0, 6.0).exp()).collect();
     let signed = &numbers[NUMBERS..NUMBERS + SIGNED];
     let law = Law {
@@ -65,7 +65,13 @@ fn to_tuning(numbers: &[f64]) -> Tuning {
         lift: [0, 12].map(|first| std::array::from_fn(|k| signed[first + k])),
         turn: signed[24],
     };
-    Tuning { law, local: [n[4], n[5]], spread: n[8], sheared: n[15], weight: [signed[25], signed[26], signed[27]] }
+    FittedNumbers {
+        law,
+        local: [n[4], n[5]],
+        spread: n[8],
+        sheared: n[15],
+        weight: [signed[25], signed[26], signed[27]],
+    }
 }
 
 /// Weight of the prior: the error along a run that is equivalent to a change by [`HELD_LOG`] of a logarithm, or by [`HELD_SIGNED`] of
@@ -84,7 +90,7 @@ struct OfRuns<'a> {
 
 impl OfRuns<'_> {
     fn of(&self, numbers: &[f64]) -> Vec<f64> {
-        let model = self.at_rest.tuned(&to_tuning(numbers));
+        let model = self.at_rest.fitted(&to_fitted(numbers));
         let of_run = |run: &&Run| {
             let [normal, friction, area] = largest(run);
             let weight = 1.0 / (run.samples.len() as f64).sqrt();
@@ -133,12 +139,18 @@ impl Problem for OfRuns<'_> {
 /// Least-squares fit of the parameters to `runs`, from `start`.
 ///
 /// * `at_rest`: the pad that [`super::pad`] returns
-pub fn fit(at_rest: &PadModel, start: &Tuning, runs: &[&Run], outline: &Outline, limits: FitLimits) -> Tuning {
+pub fn fit(
+    at_rest: &PadModel,
+    start: &FittedNumbers,
+    runs: &[&Run],
+    outline: &Outline,
+    limits: FitLimits,
+) -> FittedNumbers {
     let origin = to_numbers(start);
     let near = limits.hold.then_some(origin.as_slice());
     let mut problem = OfRuns { at_rest, near, runs, outline };
     let minimiser =
         LevenbergMarquardt::new().with_patience(limits.patience).with_ftol(1e-5).with_xtol(1e-4).with_stepbound(0.5);
     let (end, _) = minimise(&mut problem, &origin, &minimiser);
-    to_tuning(&end)
+    to_fitted(&end)
 }

@@ -9,7 +9,7 @@ use fingerpad_fe::load_path::Finger;
 use serde::{Deserialize, Serialize};
 
 use super::score::ANGLE_DEG;
-use super::{FitLimits, PadModel, PadScores, PadSize, Tuning, fit, pad, replay, score_runs};
+use super::{FitLimits, FittedNumbers, PadModel, PadScores, PadSize, fit, pad, replay, score_runs};
 use crate::{Kind, ReduceError, Run, Sample};
 
 /// Settings of the fit of a pad.
@@ -23,7 +23,7 @@ pub struct PadSettings {
     /// Limits of the fit.
     pub limits: FitLimits,
     /// Start of the fit.
-    pub start: Tuning,
+    pub start: FittedNumbers,
 }
 
 impl Default for PadSettings {
@@ -32,7 +32,7 @@ impl Default for PadSettings {
             size: PadSize { patches: 37 },
             runs: 80,
             limits: FitLimits { patience: 20, hold: false },
-            start: Tuning::default(),
+            start: FittedNumbers::default(),
         }
     }
 }
@@ -47,7 +47,8 @@ pub struct PadMeta {
     /// Number of runs of the fit, and of the bands; the latter include the former.
     pub fitted_runs: [usize; 2],
     /// Fitted numbers.
-    pub tuning: Tuning,
+    #[serde(rename = "tuning")]
+    pub fitted: FittedNumbers,
     /// Errors along held-out runs, which neither the fit nor the bands used, by kind.
     pub held_out: BTreeMap<String, PadScores>,
 }
@@ -163,15 +164,15 @@ pub fn make_pad(
     let deepest =
         |runs: &[&Run]| runs.iter().flat_map(|run| &run.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
     let at_rest = pad(finger, outline, settings.size, deepest(&of_fit))?;
-    let fitted = shared_out(&of_fit, settings.runs);
-    let tuning = fit(&at_rest, &settings.start, &fitted, outline, settings.limits);
-    let mut model = at_rest.tuned(&tuning);
+    let chosen = shared_out(&of_fit, settings.runs);
+    let fitted = fit(&at_rest, &settings.start, &chosen, outline, settings.limits);
+    let mut model = at_rest.fitted(&fitted);
     model.set_bands(&of_fit, outline);
     let mut meta = PadMeta {
         version: env!("CARGO_PKG_VERSION").into(),
         settings_hash: runs.first().map_or_else(String::new, |run| run.settings_hash.clone()),
-        fitted_runs: [fitted.len(), of_fit.len()],
-        tuning,
+        fitted_runs: [chosen.len(), of_fit.len()],
+        fitted,
         held_out: BTreeMap::new(),
     };
     meta.rescore(&model, &held_out, outline);

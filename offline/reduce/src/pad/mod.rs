@@ -1,6 +1,6 @@
 //! The pad of a finger: patches and bulk from its compliance at small loads, and a few numbers from a fit to nonlinear runs.
 //!
-//! Main types: [`PadModel`] (the numbers that [`fingerpad::pad`] reads), [`Tuning`] (the fitted numbers); main functions: [`pad`], [`fit`],
+//! Main types: [`PadModel`] (the numbers that [`fingerpad::pad`] reads), [`FittedNumbers`] (the fitted numbers); main functions: [`pad`], [`fit`],
 //! [`replay`].
 //! Uses fe and runs.
 
@@ -55,15 +55,15 @@ impl PadModel {
     }
 
     /// A pad from [`pad`] with fitted numbers.
-    pub fn tuned(&self, tuning: &Tuning) -> Self {
+    pub fn fitted(&self, fitted: &FittedNumbers) -> Self {
         let mut model = self.clone();
-        model.numbers.law = tuning.law;
+        model.numbers.law = fitted.law;
         if !self.normals.is_empty() {
-            model.numbers.squash = squash(self, tuning);
+            model.numbers.squash = squash(self, fitted);
         }
         for patch in &mut model.patches {
-            (0..2).for_each(|k| patch.compliance_mm_per_n[k] *= tuning.local[k]);
-            patch.spread_mm = patch.spread_mm.map(|x| x * tuning.spread);
+            (0..2).for_each(|k| patch.compliance_mm_per_n[k] *= fitted.local[k]);
+            patch.spread_mm = patch.spread_mm.map(|x| x * fitted.spread);
         }
         model
     }
@@ -71,7 +71,7 @@ impl PadModel {
 
 /// The numbers that are fitted to nonlinear runs.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Tuning {
+pub struct FittedNumbers {
     /// Stiffening, flattening, friction, second order.
     pub law: Law<f64>,
     /// Local compliance along the normal and across, over the part of the compliance that the modes do not represent.
@@ -88,7 +88,7 @@ pub struct Tuning {
 }
 
 /// The fitted numbers of the shipped finger; those of other fingers are similar.
-impl Default for Tuning {
+impl Default for FittedNumbers {
     fn default() -> Self {
         Self {
             law: Law {
@@ -115,20 +115,20 @@ impl Default for Tuning {
     }
 }
 
-/// Unit of places on the skin in [`Tuning::weight`], mm.
+/// Unit of places on the skin in [`FittedNumbers::weight`], mm.
 const SKIN_MM: f64 = 5.0;
 
 /// Weighted mean square of the skin's displacement, mm² per mJ: the lower triangle, row by row.
-fn squash(at_rest: &PadModel, tuning: &Tuning) -> [f64; PACKED] {
+fn squash(at_rest: &PadModel, fitted: &FittedNumbers) -> [f64; PACKED] {
     let whole: f64 = at_rest.patches.iter().map(|patch| patch.area_mm2).sum();
     let mut square = SMatrix::<f64, MODES, MODES>::zeros();
     for (patch, normal) in at_rest.patches.iter().zip(&at_rest.normals) {
         let modes = SMatrix::<f64, 3, MODES>::from_fn(|axis, mode| patch.modes[axis][mode]);
         let across = (Vector3::x() - normal * normal.x).try_normalize(1e-9).unwrap_or_default();
         let [x, y] = [0, 1].map(|k| (patch.middle_mm[k] - at_rest.numbers.middle_mm[k]) / SKIN_MM);
-        let [along_x, along_x2, along_y2] = tuning.weight;
+        let [along_x, along_x2, along_y2] = fitted.weight;
         let weight = (along_x * x + along_x2 * x * x + along_y2 * y * y).clamp(-7.0, 7.0).exp();
-        for (direction, share) in [(*normal, 1.0), (across, tuning.sheared)] {
+        for (direction, share) in [(*normal, 1.0), (across, fitted.sheared)] {
             let along = direction.transpose() * modes;
             square += along.transpose() * along * (patch.area_mm2 / whole * weight * share);
         }

@@ -6,7 +6,7 @@ use fingerpad_fe::load_path::Finger;
 use fingerpad_fe::solve::RestCompliance;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, Vector3};
 
-use super::{PadModel, Tuning};
+use super::{FittedNumbers, PadModel};
 use crate::ReduceError;
 
 /// One patch of skin.
@@ -122,7 +122,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
         band_body: [0.0; 2],
         band_deep: [0.0; 2],
         band_light_n: [[0.0; 2]; 2],
-        law: Tuning::default().law,
+        law: FittedNumbers::default().law,
     };
     let patches = patches.into_iter().map(|p| {
         // The second moment of a patch of two nodes is singular.

@@ -10,7 +10,9 @@ use super::*;
 fn coarse() -> PadModel {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let finger = config.finger().unwrap().0;
-    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 3.0).unwrap().tuned(&Tuning::default())
+    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 3.0)
+        .unwrap()
+        .fitted(&FittedNumbers::default())
 }
 
 #[test]

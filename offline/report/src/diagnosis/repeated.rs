@@ -68,9 +68,9 @@ pub fn stability_sentence(found: &Stability) -> String {
     for group in found.groups.iter().filter(|g| g.verdict != found.all.verdict || g.laws != found.all.laws) {
         let laws: Vec<String> = group.laws.iter().map(|law| plain(law)).collect();
         let verdict = plain(name(group.verdict));
-        let told = if laws.is_empty() { verdict } else { format!("{verdict} ({})", laws.join(", ")) };
-        if !others.contains(&told) {
-            others.push(told);
+        let outcome = if laws.is_empty() { verdict } else { format!("{verdict} ({})", laws.join(", ")) };
+        if !others.contains(&outcome) {
+            others.push(outcome);
         }
     }
     format!(
