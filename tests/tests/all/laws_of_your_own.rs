@@ -169,9 +169,9 @@ parameter = [{ name = "gain", unit = "", range = [0, 1], typical = 0.05 }]
 [[law]]
 name = "rate"
 acts_on = "strength"
-formula = "slope * voltage_rate / 100"
+formula = "gain * (voltage_rate / 100)^2"
 confused_with = ["prompt", "late"]
-parameter = [{ name = "slope", unit = "", range = [-1, 1], typical = 0.05 }]
+parameter = [{ name = "gain", unit = "", range = [0, 1], typical = 0.05 }]
 
 [[law]]
 name = "prompt"
@@ -194,10 +194,10 @@ fn under_changing_voltage(case: &Case, seed: u64, law: &str, size: f64) -> RunSe
     let voltage = |t_s: f64, phase: f64| 100.0 + 80.0 * (omega * t_s + phase).sin();
     let strength = |t_s: f64, phase: f64| match law {
         "late" => size * (voltage(t_s - 0.3, phase) / 100.0).powi(2),
-        "rate" => size * 0.8 * omega * (omega * t_s + phase).cos(),
+        "rate" => size * (0.8 * omega * (omega * t_s + phase).cos()).powi(2),
         _ => size * (voltage(t_s, phase) / 100.0).powi(2),
     };
-    // The simulator has no voltage: it is replaced by a contact time of which the strength is 2 - exp(-time).
+    // The simulator has no voltage: it is replaced by a contact time, of which the strength is 2 - exp(-time); never below 1.
     let by_contact_time = [Hidden { name: "occlusion_growth", amplitude: 1.0, shape: [1.0, 0.0], form: 1.0 }];
     let mut next = phases.iter();
     let set = record(&strokes, &case.noise, &mut random, "measured", None, &mut |stroke, scatter| {

@@ -97,14 +97,14 @@ mod tests {
         [[law]]\nname = \"mine\"\nacts_on = \"strength\"\nformula = \"gain * late_v / 100 * exp(-(voltage_rate / 100)^2)\"\n\
         parameter = [{ name = \"gain\", unit = \"\", range = [0, 1], typical = 0.1 }]\n";
 
-    /// 60 rows of 0.1 s; the voltage is `volts(t)`.
+    /// 60 rows of 0.1 s, the plate turns back at 3.03 s; the voltage is `volts(t)`.
     fn read(name: &str, volts: impl Fn(f64) -> f64) -> Result<RunSet, String> {
         let laws = LawsFile::parse("mine.toml".as_ref(), LAWS).unwrap();
         let mut text =
             "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,voltage_v\n".to_owned();
         for i in 0..60 {
             let t = 0.1 * f64::from(i);
-            text += &format!("a,{t},{},{t},0,0.5,0.2,0,{}\n", t.min(1.0), volts(t));
+            text += &format!("a,{t},{},{},0,0.5,0.2,0,{}\n", t.min(1.0), t.min(6.06 - t), volts(t));
         }
         let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
         std::fs::write(&path, text).unwrap();
@@ -119,6 +119,8 @@ mod tests {
         let set = read("derived", |t| 100.0 + 50.0 * t.sin()).unwrap();
         assert_eq!(set.recorded.iter().filter(|c| matches!(c, crate::laws::Column::Own { .. })).count(), 3);
         let rows = &set.runs[0].rows;
+        // One row more than the file has: the turn.
+        assert!(rows.len() == 61 && rows.iter().any(|row| (row.t_s - 3.03).abs() < 1e-6));
         for row in &rows[1..rows.len() - 1] {
             let [_, rate, late, _] = row.own;
             assert!((rate - 50.0 * row.t_s.cos()).abs() < 0.3, "{} {rate}", row.t_s);

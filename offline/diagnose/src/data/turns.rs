@@ -222,7 +222,9 @@ impl Motion<'_> {
                 0.5 * (on + from)
             })
         };
-        let between = |of: fn(&RawRow) -> f64| of(before) + share * (of(after) - of(before));
+        let at = |a: f64, b: f64| a + share * (b - a);
+        let between = |of: fn(&RawRow) -> f64| at(of(before), of(after));
+        let own = std::array::from_fn(|k| at(before.own[k], after.own[k]));
         let row = RawRow {
             t_s: before.t_s + late_s,
             depth_mm: between(|r| r.depth_mm),
@@ -230,6 +232,9 @@ impl Motion<'_> {
             force_n: [f64::NAN; 3],
             contact_time_s: between(|r| r.contact_time_s),
             occlusion_time_s: between(|r| r.occlusion_time_s),
+            hydration_au: between(|r| r.hydration_au),
+            temperature_c: between(|r| r.temperature_c),
+            own,
             ..*after
         };
         let lost_mm = way_mm - length(gap);
