@@ -251,9 +251,15 @@ fn answer(report: &Diagnosis) -> String {
                 let names: Vec<String> = u.partial.iter().map(|c| plain(&c.law)).collect();
                 format!(" {} would take a part of it and is not claimed.", names.join(" with "))
             };
+            let left = report.holdout.ratio_after;
+            let gap = if left > 2.0 {
+                format!(" On runs that no fit saw, the worst channel's residual is {} times the noise floor.", fixed(left, 2))
+            } else {
+                String::new()
+            };
             format!(
                 "Something is there, and none of the known laws is it: {} depends on {} (gain {}), and the scatter \
-                 between runs is {} (normal) and {} (friction) times what the calibration explains.{partial}",
+                 between runs is {} (normal) and {} (friction) times what the calibration explains.{gap}{partial}",
                 if u.channel == "normal" { "the normal force" } else { "friction" },
                 column(&u.column),
                 fixed(u.gain, 0),

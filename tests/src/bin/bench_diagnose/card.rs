@@ -172,6 +172,9 @@ fn without_effect(done: &[Done]) {
         "nothing missing: laws named that the finger follows in all files {}",
         percent(count(&none, &of_finger), none.len())
     );
+    let mut left: Vec<f64> = none.iter().map(|d| d.scored.report.holdout.ratio_after).collect();
+    let [middle, most] = [0.5, 1.0].map(|share| quantile(&mut left, share));
+    println!("nothing missing: held-out RMS over floor, worst channel: median {middle:.2}, largest {most:.2}");
     let with_spikes = |d: &Done| d.scored.report.cautions.iter().any(|c| c.kind == "spikes");
     let is_red = |d: &Done| {
         let cautions = fingerpad_report::diagnosis::cautions(&d.scored.report);
