@@ -8,8 +8,9 @@
 //! friction by shares instead of by the energy, and there is no stick ratio. Fits need some thousand predictions, for
 //! which eight runs are simulated at once.
 //!
-//! The difference to the core's step is measured by `tests/difference_from_core.rs` (the shipped model, presses to 0.4 to 1.9 mm, slides of 3 mm in eight directions, with a reversal each). Over all samples in contact, root mean
-//! square and largest, the normal force against its own maximum, friction against the strength at its depth:
+//! The difference to the core's step is measured by `tests/difference_from_core.rs` (the shipped model, presses to 0.4 to
+//! 1.9 mm, slides of 3 mm in eight directions, with a reversal each). Over all samples in contact, root mean square and largest,
+//! the normal force against its own maximum, friction against the strength at its depth:
 //!
 //! | | normal force | friction |
 //! |---|---|---|

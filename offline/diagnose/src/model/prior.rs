@@ -48,9 +48,7 @@ pub enum Drift {
     Allowed,
 }
 
-/// Drift of the tissue's exponent, slope (1/mm) and curvature (1/mm²) over depth: with the first two, two per cent.
-const ALLOWED: f64 = 0.014;
-/// The small drift over the allowed one.
+/// The small drift of the shapes over the allowed one.
 const SMALL: f64 = 0.3;
 
 /// Covariance of what changes between the calibration and the measured set of one finger, shape (31, 31).
@@ -59,10 +57,12 @@ const SMALL: f64 = 0.3;
 /// changes the strength by beta of that [F ~ N^beta A^(1 - beta), the local law integrated over the contact]; the rest of
 /// the strength's drift is the contact's, (1 - beta) of the same size.
 pub fn drift_covariance(size: Drift, load_exponent: f64) -> DMatrix<f64> {
-    let variance = (ALLOWED * if size == Drift::Small { SMALL } else { 1.0 }).powi(2);
+    let factor = if size == Drift::Small { SMALL } else { 1.0 };
     let beta = load_exponent.clamp(0.0, 1.0);
     let mut out = independent(|info| info.sd_drift);
-    for (normal, strength) in NORMAL.iter().zip(&STRENGTH).map(|(n, s)| (n.index(), s.index())) {
+    for (tissue, strength) in NORMAL.iter().zip(&STRENGTH) {
+        let variance = (factor * tissue.info().sd_drift).powi(2);
+        let (normal, strength) = (tissue.index(), strength.index());
         out[(normal, normal)] = variance;
         out[(strength, strength)] = variance * (beta.powi(2) + (1.0 - beta).powi(2));
         out[(normal, strength)] = variance * beta;
