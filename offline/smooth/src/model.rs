@@ -10,7 +10,7 @@ pub const MIDDLE_MM: f64 = 0.9;
 pub const ODD_SHAPE: f64 = 0.5;
 /// Largest depth to which the curves hold, mm; each continues beyond it as a power of the depth.
 pub(crate) const DEEPEST_MM: f64 = 2.7;
-/// Range of u = ln(depth / 0.9 mm) from 0.18 mm to [`DEEPEST_MM`], within which shares of the strength and the ratio of the stiffness
+/// Range of u = ln(depth / 0.9 mm) from 0.18 to 2.7 mm, within which shares of the strength and the ratio of the stiffness
 /// change with depth.
 pub const U_RANGE: [f64; 2] = [-1.6, 1.098_612_288_668_109_8];
 /// Least exponent of a curve over depth outside that range.

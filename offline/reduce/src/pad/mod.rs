@@ -35,7 +35,7 @@ pub struct PadModel {
     pub patches: Vec<Patch<f64>>,
     /// Numbers of the finger as a whole.
     pub numbers: Numbers<f64>,
-    /// Inner normals of the patches, from which [`Self::tuned`] computes [`Numbers::squash`]; empty for a pad from a file.
+    /// Inner normals of the patches, from which [`Self::fitted`] computes [`Numbers::squash`]; empty for a pad from a file.
     pub normals: Vec<Vector3<f64>>,
 }
 
