@@ -6,6 +6,7 @@
 use crate::data::lag::{Lag, with_lag};
 use crate::data::runs::RunSet;
 use crate::schema::{CandidateLaw, EffectFound, FittedParameter, InstrumentLag};
+use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::lag::{BEYOND_FORM, LagEstimate, estimate, form_sd_s};
 use crate::statistics::tails::minus_ln_p;
@@ -21,6 +22,9 @@ pub struct Differing {
     pub lag: LagEstimate,
     /// The measured runs with their own lag.
     pub set: RunSet,
+    /// Whether the difference is more than the errors of form of both files' lags, and the calibration runs do not have the measured
+    /// runs' lag: one that is too short to count in them may be the same.
+    pub is_effect: bool,
 }
 
 /// A lag by which the measured runs differ from the calibration.
@@ -30,14 +34,13 @@ pub fn differing(plain: &Decision<'_>, basis: &Basis<'_>) -> Option<Differing> {
     let Basis { calibration, reference, .. } = basis;
     let start = FitStart::from(&plain.selection.null);
     let lag = estimate(plain.set, calibration, reference, &calibration.prior(), start)?;
-    Some(Differing { set: with_lag(plain.set, lag.lag), lag })
-}
-
-impl Differing {
-    /// Whether the difference is more than the errors of form of both files' lags.
-    pub fn is_effect(&self, calibration: &RunSet) -> bool {
-        self.lag.lag.total_s().abs() > BEYOND_FORM * self.lag.sd_s.hypot(form_sd_s(calibration))
-    }
+    let is_long = lag.lag.total_s().abs() > BEYOND_FORM * lag.sd_s.hypot(form_sd_s(basis.effect_free));
+    let is_effect = is_long && {
+        let same = with_lag(basis.effect_free, lag.lag);
+        let (prior, start) = (Calibration::before(reference), FitStart::from(&calibration.fit));
+        estimate(&same, calibration, reference, &prior, start).is_some()
+    };
+    Some(Differing { set: with_lag(plain.set, lag.lag), lag, is_effect })
 }
 
 /// Standard deviations to the end of a 95 % interval.

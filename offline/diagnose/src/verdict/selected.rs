@@ -25,18 +25,12 @@ pub struct Selected<'d, 'a> {
 
 impl<'d, 'a> Selected<'d, 'a> {
     /// Chooses between the decision of the measured runs as they are and that with a lag of their own.
-    ///
-    /// * `effect_free`: the calibration runs
-    fn new(
-        plain: &'d Decision<'a>,
-        with_own_lag: Option<&'d (&'d Differing, Decision<'a>)>,
-        effect_free: &RunSet,
-    ) -> Self {
+    fn new(plain: &'d Decision<'a>, with_own_lag: Option<&'d (&'d Differing, Decision<'a>)>) -> Self {
         let (decision, lagging) = match with_own_lag {
             Some((differing, with)) if explains_more(with, plain) => (with, Some(*differing)),
             _ => (plain, None),
         };
-        let lag_effect = lagging.filter(|differing| differing.is_effect(effect_free));
+        let lag_effect = lagging.filter(|differing| differing.is_effect);
         let before = if lag_effect.is_some() { plain } else { decision };
         let verdict = match decision.verdict {
             Verdict::None if lag_effect.is_some() => Verdict::Named,
@@ -63,7 +57,7 @@ impl Basis<'_> {
         let plain = self.decide(set);
         let differing = instrument::differing(&plain, self);
         let with_own_lag = differing.as_ref().map(|differing| (differing, self.decide(&differing.set)));
-        then(&Selected::new(&plain, with_own_lag.as_ref(), self.effect_free))
+        then(&Selected::new(&plain, with_own_lag.as_ref()))
     }
 }
 
