@@ -292,6 +292,36 @@ typedef struct {
   float dt_s;
 } fingerpad_drive;
 
+// All that the forces of a contact depend on, without the history of its slip: 64 bytes in place of 108. Set it up with
+// `fingerpad_force_state_init`. Plain memory: copy it to go back to it.
+typedef struct {
+  uint32_t opaque[16];
+} fingerpad_force_state;
+
+// The part of `fingerpad_response` that needs no history of slip: no stick ratio, regime and bands.
+typedef struct {
+  // Normal force, N, not negative.
+  float normal_force_n;
+  // Friction along x, N; it points along the plane's motion.
+  float friction_x_n;
+  // Friction along y, N.
+  float friction_y_n;
+  // Largest friction in the direction of the present one, N; 0 without contact.
+  float friction_limit_n;
+  // 1 less the share of its limit that friction uses; 0 without contact.
+  float slip_margin;
+  // Moment of the friction along y about the plane's normal through the point under first touch, N mm.
+  float spin_moment_n_mm;
+  // Centre of pressure along x from the point under first touch, mm.
+  float pressure_centre_x_mm;
+  // Centre of pressure along y from the point under first touch, mm.
+  float pressure_centre_y_mm;
+  // Contact area, mm².
+  float contact_area_mm2;
+  // Flags FINGERPAD_STATUS_..., 0 for none.
+  uint32_t status;
+} fingerpad_force_response;
+
 // What a model file says of itself.
 typedef struct {
   // Largest depth for which the model was fitted, mm, for the finger in use.
@@ -548,6 +578,20 @@ int32_t fingerpad_step_driven(const fingerpad_model *model,
                               fingerpad_drive drive,
                               fingerpad_response *response,
                               fingerpad_motion *motion);
+
+// A finger in the air, with a strength factor of 1.
+int32_t fingerpad_force_state_init(fingerpad_force_state *state);
+
+// As `fingerpad_state_set_strength_factor`.
+int32_t fingerpad_force_state_set_strength_factor(fingerpad_force_state *state, float factor);
+
+// Advances a contact by one step; the forces are those of `fingerpad_step`, bit by bit, with about a third fewer instructions.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
+int32_t fingerpad_step_forces(const fingerpad_model *model,
+                              fingerpad_force_state *state,
+                              fingerpad_motion motion,
+                              fingerpad_force_response *response);
 
 // Checks a model file and prepares a model that reads it in place: `length` bytes at an address divisible by 4, which live and
 // stay unchanged as long as the model. Takes some 20 instructions a byte.

@@ -4,7 +4,7 @@
 
 use crate::math::Scalar;
 use crate::table::Row;
-use crate::{ModelOf, StateOf, Status};
+use crate::{ForceStateOf, ModelOf, Status};
 
 /// The tables at one depth with the strength, in the units of the fitted finger; the depth alone is that of the finger.
 pub(crate) struct AtDepth<'a, const M: usize, T> {
@@ -26,7 +26,7 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
     #[inline(always)]
     pub(crate) fn look_up<const N: usize, const P: usize>(
         model: &ModelOf<'a, M, N, T>,
-        state: &StateOf<M, P, T>,
+        state: &ForceStateOf<M, P, T>,
         mut depth: T,
         status: &mut Status,
     ) -> (Self, T) {

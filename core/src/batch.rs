@@ -179,8 +179,8 @@ mod tests {
         for state in &mut alone {
             model.step(state, Motion { depth_mm: 1.0, dt_s: 1e-3, ..Motion::default() });
         }
-        alone[5].anchor[1][0][1] = f32::NAN;
-        alone[17].anchor[3][0][0] = f32::INFINITY;
+        alone[5].forces.anchor[1][0][1] = f32::NAN;
+        alone[17].forces.anchor[3][0][0] = f32::INFINITY;
         let mut together = alone;
         let (mut numbers, mut regime, mut status) =
             ([[0.0f32; COUNT]; 6], [Regime::NoContact; COUNT], [Status::OK; COUNT]);

@@ -102,7 +102,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
     pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
         let mut motion = Motion {
-            depth_mm: state.depth,
+            depth_mm: state.depth_mm(),
             slide_increment_mm: [0.0; 2],
             spin_increment_rad: drive.spin_increment_rad,
             dt_s: drive.dt_s,
@@ -169,7 +169,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
                 let (further, slide) = self.way_for(&trial, motion.slide_increment_mm, lack, deeper, together);
                 deeper = further;
                 // At most one slip length per round.
-                let longest = response.friction_limit_n / self.stiffness_at(trial.depth);
+                let longest = response.friction_limit_n / self.stiffness_at(trial.depth_mm());
                 for (slide, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
                     *slide += more.max(-longest).min(longest);
                 }
@@ -200,7 +200,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
         let sign = if went[0] * lack[1] + went[1] * lack[2] < 0.0 { -1.0 } else { 1.0 };
         let g = self.gradient(state, [deeper, sign * lack[1], sign * lack[2]]);
         let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
-        let stiffness = self.stiffness_at(state.depth);
+        let stiffness = self.stiffness_at(state.depth_mm());
         let det = a * d - b * c;
         // A contact in full slip has no stiffness; its stiffness in stick then gives the direction.
         if !(det > 1e-3 * stiffness * stiffness) {

@@ -34,7 +34,7 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
             return Gradient::default();
         }
         let direction = direction.map(|d| if d.is_number() { d } else { zero });
-        let (row, t) = self.cell(state.depth);
+        let (row, t) = self.cell(state.forces.depth);
         let per_mm = data.cells_per_mm;
         let stiffness = [&row.stiffness_x, &row.stiffness_y];
         let [kx, ky] = stiffness.map(|k| k.at(t));
@@ -43,19 +43,19 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         let press = row.press_slide.slope_at(t) * per_mm;
         let dpress = two * row.press_slide.bend * per_mm * per_mm;
         let press_slide = row.press_slide.at(t);
-        let radius_factor = units.strength * state.strength_factor;
+        let radius_factor = units.strength * state.forces.strength_factor;
         let (shift, dshift) = (row.yield_shift.at(t), row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
         let wide = one + shift * shift;
         let odd = QuadraticStiffness(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
-        let here = [state.position[0][0] + press_slide, state.position[0][1], state.angle[0]];
+        let here = [state.forces.position[0][0] + press_slide, state.forces.position[0][1], state.forces.angle[0]];
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
         let mut sums = Sums::new();
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
-        for ((pair, spring), line) in state.anchor.iter().zip(&data.springs).zip(&row.radius) {
+        for ((pair, spring), line) in state.forces.anchor.iter().zip(&data.springs).zip(&row.radius) {
             let radius = line.at(t) * radius_factor;
             let dradius = line.change * per_mm * radius_factor;
             // A spring that does not touch follows without force.
@@ -104,7 +104,7 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         let mut normal: [T; 3] =
             core::array::from_fn(|i| press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
         normal[0] += row.normal.change * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
-        if state.depth >= self.depth_max_mm() {
+        if state.forces.depth >= self.depth_max_mm() {
             (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
         }
         let stiffness = units.force * units.per_length;

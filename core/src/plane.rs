@@ -1,6 +1,6 @@
 //! Motion of the plane: positions of the springs on it, and the origin of the state.
 //!
-//! Main functions: [`spring_positions`], [`move_plane`]. Uses data, state and math.
+//! Main functions: [`spring_positions`], [`move_plane`]. Uses data, state, stick_ratio and math.
 
 use core::array::from_fn;
 
@@ -8,7 +8,8 @@ use crate::build::DataOf;
 use crate::data::Spring;
 use crate::math::{Scalar, add};
 use crate::step::rare;
-use crate::{ModelOf, Motion, StateOf, Status};
+use crate::stick_ratio::SlipHistory;
+use crate::{ForceStateOf, ModelOf, Motion, Status};
 
 /// Longest slide in one step, mm of the fitted finger, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
 const SLIDE_MAX_MM: f32 = 64.0;
@@ -20,7 +21,8 @@ const SPIN_MAX_RAD: f32 = 8.0;
 #[inline(always)]
 pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar>(
     model: &ModelOf<'_, M, N, T>,
-    state: &mut StateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T>,
+    history: Option<&mut SlipHistory<T>>,
     motion: Motion<T>,
     press_slide: T,
     status: &mut Status,
@@ -43,7 +45,10 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     }
     (state.position, state.angle) = (place.position, place.angle);
     if far {
-        move_origin(state, press_slide, model.data);
+        let origin = move_origin(state, press_slide, model.data);
+        if let Some(history) = history {
+            history.move_origin(origin);
+        }
     }
 }
 
@@ -55,7 +60,7 @@ struct Place<T> {
 
 impl<T: Scalar> Place<T> {
     #[inline(always)]
-    fn moved<const M: usize, const P: usize>(state: &StateOf<M, P, T>, [x, y]: [T; 2], spin: T) -> Self {
+    fn moved<const M: usize, const P: usize>(state: &ForceStateOf<M, P, T>, [x, y]: [T; 2], spin: T) -> Self {
         let [at, low] = state.position;
         let (to_x, low_x) = add(at[0], low[0], x);
         let (to_y, low_y) = add(at[1], low[1], y);
@@ -99,13 +104,13 @@ fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, statu
 }
 
 /// Moves the state's origin to the position of the plane, and its angle to 0. Displacements keep their bits, because the new
-/// anchors are the displacements that a step computes from the old ones.
+/// anchors are the displacements that a step computes from the old ones. Returns the new origin in terms of the old one.
 #[inline(always)]
 fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar>(
-    state: &mut StateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T>,
     press_slide: T,
     data: &DataOf<M, N, T>,
-) {
+) -> [T; 3] {
     let [x, y] = state.position[0];
     let here = [x + press_slide, y, state.angle[0]];
     for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
@@ -113,17 +118,15 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar>(
             *anchor = [anchor[0] - to[0], anchor[1] - to[1]];
         }
     }
-    for place in [&mut state.turn, &mut state.reached, &mut state.turn_before] {
-        *place = [place[0] - here[0], place[1] - here[1], place[2] - here[2]];
-    }
     state.position[0] = [-press_slide, T::of(-0.0)];
     state.angle[0] = T::of(0.0);
+    here
 }
 
 /// Starts a contact: the anchors are the positions of the springs.
 #[inline(always)]
 pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar>(
-    state: &mut StateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T>,
     here: [T; 3],
     data: &DataOf<M, N, T>,
 ) {

@@ -1,6 +1,6 @@
 //! Input and output of a step.
 //!
-//! Main types: [`Motion`], [`Response`]. Uses regime.
+//! Main types: [`Motion`], [`Response`], [`ForceResponse`]. Uses regime.
 
 use crate::{Regime, Status};
 
@@ -75,4 +75,44 @@ impl Response {
         regime: Regime::NoContact,
         status: Status::OK,
     };
+}
+
+/// The part of a [`Response`] that needs no history of slip; see [`crate::ModelOf::step_forces`]. Its fields are those of the response.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ForceResponse<T = f32> {
+    /// Normal force, N, >= 0.
+    pub normal_force_n: T,
+    /// Friction along x and y, N.
+    pub friction_n: [T; 2],
+    /// Largest friction in the direction of the present one, N; 0 without contact.
+    pub friction_limit_n: T,
+    /// 1 less the share of its limit that the load uses, 0 to 1; 0 without contact.
+    pub slip_margin: T,
+    /// Moment about the plane's normal through the point under first touch, N mm.
+    pub spin_moment_n_mm: T,
+    /// Centre of pressure along x and y from the point under first touch, mm.
+    pub pressure_centre_mm: [T; 2],
+    /// Contact area, mm².
+    pub contact_area_mm2: T,
+    /// Flags that qualify the response.
+    pub status: Status,
+}
+
+impl<T> From<Response<T>> for ForceResponse<T> {
+    #[inline(always)]
+    fn from(response: Response<T>) -> Self {
+        Self {
+            normal_force_n: response.normal_force_n,
+            friction_n: response.friction_n,
+            friction_limit_n: response.friction_limit_n,
+            slip_margin: response.slip_margin,
+            spin_moment_n_mm: response.spin_moment_n_mm,
+            pressure_centre_mm: response.pressure_centre_mm,
+            contact_area_mm2: response.contact_area_mm2,
+            status: response.status,
+        }
+    }
 }

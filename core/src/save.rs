@@ -71,10 +71,11 @@ pub(crate) fn read_words(
 impl<const M: usize, const P: usize> StateOf<M, P> {
     /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor.
     fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
-        let anchors = self.anchor.as_flattened().as_flattened().iter();
-        let places = self.position.as_flattened().iter().chain(&self.angle);
-        let way = self.turn.iter().chain(&self.reached).chain(&self.turn_before);
-        let numbers = [self.limit_reached, self.limit_before, self.depth, self.strength_factor];
+        let Self { forces, history } = self;
+        let anchors = forces.anchor.as_flattened().as_flattened().iter();
+        let places = forces.position.as_flattened().iter().chain(&forces.angle);
+        let way = history.turn.iter().chain(&history.reached).chain(&history.turn_before);
+        let numbers = [history.limit_reached, history.limit_before, forces.depth, forces.strength_factor];
         anchors.chain(places).chain(way).copied().chain(numbers)
     }
 
@@ -86,10 +87,12 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
 
     /// The same numbers to be overwritten, in the same order.
     fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f32> {
-        let anchors = self.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
-        let places = self.position.as_flattened_mut().iter_mut().chain(&mut self.angle);
-        let way = self.turn.iter_mut().chain(&mut self.reached).chain(&mut self.turn_before);
-        let last = [&mut self.limit_reached, &mut self.limit_before, &mut self.depth, &mut self.strength_factor];
+        let Self { forces, history } = self;
+        let anchors = forces.anchor.as_flattened_mut().as_flattened_mut().iter_mut();
+        let places = forces.position.as_flattened_mut().iter_mut().chain(&mut forces.angle);
+        let way = history.turn.iter_mut().chain(&mut history.reached).chain(&mut history.turn_before);
+        let limits = [&mut history.limit_reached, &mut history.limit_before];
+        let last = limits.into_iter().chain([&mut forces.depth, &mut forces.strength_factor]);
         anchors.chain(places).chain(way).chain(last)
     }
 
@@ -113,18 +116,20 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
             }
         }
         let last = 2 * M * P + BESIDE;
-        let air = Self { strength_factor: self.strength_factor, ..Self::default() };
-        if !(self.depth >= TOUCH_MM || self == air) {
-            return Err(bad(last - 5, self.depth));
+        let Self { forces, history } = &self;
+        let mut air = Self::default();
+        air.forces.strength_factor = forces.strength_factor;
+        if !(forces.depth >= TOUCH_MM || self == air) {
+            return Err(bad(last - 5, forces.depth));
         }
-        if !(self.limit_reached >= 0.0) {
-            return Err(bad(last - 7, self.limit_reached));
+        if !(history.limit_reached >= 0.0) {
+            return Err(bad(last - 7, history.limit_reached));
         }
-        if !(self.limit_before >= 0.0) {
-            return Err(bad(last - 6, self.limit_before));
+        if !(history.limit_before >= 0.0) {
+            return Err(bad(last - 6, history.limit_before));
         }
-        if !self.is_consistent() {
-            return Err(bad(last - 4, self.strength_factor));
+        if !forces.is_consistent() {
+            return Err(bad(last - 4, forces.strength_factor));
         }
         Ok(self)
     }
@@ -150,6 +155,8 @@ mod with_serde {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     use super::StateOf;
+    use crate::ForceStateOf;
+    use crate::stick_ratio::SlipHistory;
 
     #[derive(Serialize, Deserialize)]
     struct Plain<const M: usize, const P: usize> {
@@ -178,17 +185,18 @@ mod with_serde {
 
     impl<const M: usize, const P: usize> Serialize for StateOf<M, P> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            let Self { forces, history } = self;
             let plain = Plain {
-                anchor_mm: self.anchor.map(Pair),
-                position_mm: self.position,
-                angle_rad: self.angle,
-                turn: self.turn,
-                reached: self.reached,
-                limit_reached_n: self.limit_reached,
-                turn_before: self.turn_before,
-                limit_before_n: self.limit_before,
-                depth_mm: self.depth,
-                strength_factor: self.strength_factor,
+                anchor_mm: forces.anchor.map(Pair),
+                position_mm: forces.position,
+                angle_rad: forces.angle,
+                turn: history.turn,
+                reached: history.reached,
+                limit_reached_n: history.limit_reached,
+                turn_before: history.turn_before,
+                limit_before_n: history.limit_before,
+                depth_mm: forces.depth,
+                strength_factor: forces.strength_factor,
             };
             plain.serialize(serializer)
         }
@@ -197,19 +205,21 @@ mod with_serde {
     impl<'de, const M: usize, const P: usize> Deserialize<'de> for StateOf<M, P> {
         fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
             let plain = Plain::<M, P>::deserialize(deserializer)?;
-            let state = Self {
+            let forces = ForceStateOf {
                 anchor: plain.anchor_mm.map(|pair| pair.0),
                 position: plain.position_mm,
                 angle: plain.angle_rad,
+                depth: plain.depth_mm,
+                strength_factor: plain.strength_factor,
+            };
+            let history = SlipHistory {
                 turn: plain.turn,
                 reached: plain.reached,
                 limit_reached: plain.limit_reached_n,
                 turn_before: plain.turn_before,
                 limit_before: plain.limit_before_n,
-                depth: plain.depth_mm,
-                strength_factor: plain.strength_factor,
             };
-            state.check().map_err(serde::de::Error::custom)
+            Self { forces, history }.check().map_err(serde::de::Error::custom)
         }
     }
 }
@@ -364,7 +374,7 @@ mod tests {
         assert!(restored(&state).is_ok());
         for factor in [-1.2, 0.0, 0.09, 5.1, f32::NAN] {
             let mut bad = state;
-            bad.strength_factor = factor;
+            bad.forces.strength_factor = factor;
             assert!(restored(&bad).is_err(), "{factor}");
         }
     }

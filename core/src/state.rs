@@ -1,57 +1,58 @@
 //! The memory of a contact.
 //!
-//! Main type: [`StateOf`]. Uses data and math.
+//! Main types: [`StateOf`], [`ForceStateOf`]. Uses data, math and stick_ratio.
 
 use crate::data::SPRINGS;
 use crate::math::Scalar;
+use crate::stick_ratio::SlipHistory;
 
 /// The memory of the default model; see [`StateOf`].
 pub type State = StateOf<SPRINGS>;
 /// The memory of the default model with spin.
 pub type SpinState = StateOf<SPRINGS, 2>;
 
+/// The memory of the default model where only forces are needed; see [`ForceStateOf`].
+pub type ForceState = ForceStateOf<SPRINGS>;
+
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
-/// The state of a contact. `Default` is a finger without contact.
+/// The state of a contact: that of its forces, and the history from which the stick ratio follows. `Default` is a finger without
+/// contact.
 ///
 /// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
 /// or use [`StateOf::write_bytes`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StateOf<const M: usize, const P: usize = 1, T: Scalar = f32> {
+    pub(crate) forces: ForceStateOf<M, P, T>,
+    pub(crate) history: SlipHistory<T>,
+}
+
+/// The state of a contact of which only forces are needed: 64 bytes of the default model in place of 108. `Default` is a finger
+/// without contact.
+///
+/// [`crate::ModelOf::step_forces`] advances it. Plain data: copy it to save it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct StateOf<const M: usize, const P: usize = 1, T = f32> {
+pub struct ForceStateOf<const M: usize, const P: usize = 1, T = f32> {
     /// Anchor of each spring on the plane, mm.
     pub(crate) anchor: [[[T; 2]; P]; M],
     /// Slide of the plane since an origin of the state's own choice, mm, as a compensated sum: high and low part.
     pub(crate) position: [[T; 2]; 2],
     /// Angle of the plane in the same form, rad; 0 without spin.
     pub(crate) angle: [T; 2],
-    /// Slide and angle at the last reversal.
-    pub(crate) turn: [T; 3],
-    /// Last recorded position on the path from there.
-    pub(crate) reached: [T; 3],
-    /// Friction limit there, N; the least one since.
-    pub(crate) limit_reached: T,
-    /// Origin of the path before the contact grew.
-    pub(crate) turn_before: [T; 3],
-    /// Friction limit before the growth, N; 0 if the contact has not grown or has slid on since.
-    pub(crate) limit_before: T,
     pub(crate) depth: T,
     pub(crate) strength_factor: T,
 }
 
-impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
+impl<const M: usize, const P: usize, T: Scalar> Default for ForceStateOf<M, P, T> {
     fn default() -> Self {
         let zero = T::of(0.0);
         Self {
             anchor: [[[zero; 2]; P]; M],
             position: [[zero; 2]; 2],
             angle: [zero; 2],
-            turn: [zero; 3],
-            reached: [zero; 3],
-            limit_reached: zero,
-            turn_before: [zero; 3],
-            limit_before: zero,
             depth: zero,
             strength_factor: T::of(1.0),
         }
@@ -59,6 +60,28 @@ impl<const M: usize, const P: usize, T: Scalar> Default for StateOf<M, P, T> {
 }
 
 impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
+    /// Whether the last step left the finger in contact.
+    pub(crate) fn in_contact(&self) -> bool {
+        self.forces.in_contact()
+    }
+
+    /// The depth of the last step, mm.
+    pub fn depth_mm(&self) -> T {
+        self.forces.depth
+    }
+
+    /// The factor on the strength; 1 unless set.
+    pub fn strength_factor(&self) -> T {
+        self.forces.strength_factor
+    }
+
+    /// See [`ForceStateOf::set_strength_factor`].
+    pub fn set_strength_factor(&mut self, factor: T) -> T {
+        self.forces.set_strength_factor(factor)
+    }
+}
+
+impl<const M: usize, const P: usize, T: Scalar> ForceStateOf<M, P, T> {
     /// Whether the last step left the finger in contact.
     pub(crate) fn in_contact(&self) -> bool {
         self.depth > T::of(0.0)

@@ -7,9 +7,9 @@ use crate::math::Scalar;
 use crate::plane::{move_plane, spring_positions, touch};
 use crate::spring::DIV_EPS;
 use crate::springs::{Load, check_sum, step_springs};
-use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, REVERSAL_DEADBAND_MM, SlipPath, regime_of};
+use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, REVERSAL_DEADBAND_MM, SlipHistory, SlipPath, regime_of};
 use crate::table::Row;
-use crate::{ModelOf, Motion, Response, StateOf, Status};
+use crate::{ForceResponse, ForceStateOf, ModelOf, Motion, Response, StateOf, Status};
 
 /// Depth below which there is no contact, mm.
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
@@ -49,11 +49,39 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
 ) -> Response<T> {
-    let input = match begin(model, state, motion) {
+    advance(model, &mut state.forces, Some(&mut state.history), motion)
+}
+
+impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
+    /// [`step()`] of a contact whose stick ratio is not needed: the same forces, bit by bit, with less memory and fewer instructions.
+    #[inline]
+    pub fn step_forces<const P: usize>(
+        &self,
+        state: &mut ForceStateOf<M, P, T>,
+        motion: Motion<T>,
+    ) -> ForceResponse<T> {
+        advance(self, state, None, motion).into()
+    }
+}
+
+/// One step. Without a history the stick ratio of the response, its regime and its bands mean nothing.
+#[inline(always)]
+fn advance<const M: usize, const N: usize, const P: usize, T: Scalar>(
+    model: &ModelOf<'_, M, N, T>,
+    state: &mut ForceStateOf<M, P, T>,
+    mut history: Option<&mut SlipHistory<T>>,
+    motion: Motion<T>,
+) -> Response<T> {
+    let input = match begin(model, state, history.as_deref_mut(), motion) {
         Ok(input) => input,
-        Err(in_the_air) => return in_the_air,
+        Err(status) => return no_contact(state, history, status),
     };
-    finish(model, state, &input)
+    let at = &input.at;
+    let load = step_springs(model.data, &mut state.anchor, at, input.here, &input.slip_path);
+    if !check_sum::<P, T>(&load, &input.slip_path).is_number() {
+        return no_contact(state, history, input.status.with(Status::MEMORY_LOST));
+    }
+    response_of::<M, N, P, T>(model, at, &load, input.status)
 }
 
 /// Input of the springs of one step: position of the plane, tables at the depth, slip path.
@@ -65,18 +93,19 @@ struct StepInput<'a, const M: usize, T> {
     status: Status,
 }
 
-/// Moves the plane and reads the tables. Without contact the error is the final response.
+/// Moves the plane and reads the tables. Without contact the error is the status.
 #[inline(always)]
 fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
     model: &ModelOf<'a, M, N, T>,
-    state: &mut StateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T>,
+    mut history: Option<&mut SlipHistory<T>>,
     motion: Motion<T>,
-) -> Result<StepInput<'a, M, T>, Response<T>> {
+) -> Result<StepInput<'a, M, T>, Status> {
     let (data, units) = (model.data, &model.units);
     let mut status = Status::OK;
     let mut depth = motion.depth_mm;
     if !state.is_consistent() {
-        return Err(memory_lost(state, status));
+        return Err(Status::MEMORY_LOST);
     }
     if !(depth.is_between(TOUCH_MM, LARGEST) & motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST)) {
         rare();
@@ -85,20 +114,24 @@ fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
             depth = state.depth;
         }
         if !(depth >= T::of(TOUCH_MM)) {
-            return Err(in_the_air(state, motion, status));
+            return Err(status.with(in_the_air(motion)));
         }
     }
     let (at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
     let fresh = !state.in_contact();
-    move_plane(model, state, motion, press_slide, &mut status);
+    move_plane(model, state, history.as_deref_mut(), motion, press_slide, &mut status);
     state.depth = at.depth;
     let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
     let here = [slid[0] + press_slide, slid[1], slid[2]];
     if fresh {
         touch(state, here, data);
-        state.turn = slid;
-        state.reached = slid;
+        if let Some(history) = history.as_deref_mut() {
+            history.start(slid);
+        }
     }
+    let Some(history) = history else {
+        return Ok(StepInput { at, here, slip_path: SlipPath([T::of(0.0); 3]), status });
+    };
     let contact = ContactPoint {
         here: slid,
         limit: at.limit,
@@ -107,27 +140,12 @@ fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
         stiffness: at.stiffness[0],
         gyration_mm: data.gyration,
     };
-    let slip_path = SlipPath::follow(state, &contact, |state| {
+    let slip_path = history.follow::<P>(&contact, || {
         let to = spring_positions::<P, T>(here, &data.springs[0])[0];
         let [x, y] = state.anchor[0][0];
         [to[0] - x, to[1] - y]
     });
     Ok(StepInput { at, here, slip_path, status })
-}
-
-/// Moves the springs and computes the response. A state with a non-finite value, which no step produces, is reset.
-#[inline(always)]
-fn finish<const M: usize, const N: usize, const P: usize, T: Scalar>(
-    model: &ModelOf<'_, M, N, T>,
-    state: &mut StateOf<M, P, T>,
-    input: &StepInput<'_, M, T>,
-) -> Response<T> {
-    let at = &input.at;
-    let load = step_springs(model.data, &mut state.anchor, at, input.here, &input.slip_path);
-    if !check_sum::<P, T>(&load, &input.slip_path).is_number() {
-        return memory_lost(state, input.status);
-    }
-    response_of::<M, N, P, T>(model, at, &load, input.status)
 }
 
 /// The response of a contact with this load.
@@ -196,33 +214,35 @@ fn doubt<T: Scalar>(depth: T, dt: T) -> Status {
     if depth.is_number() { time } else { time.with(Status::BAD_INPUT) }
 }
 
-/// Without contact the springs are reset; the strength factor is kept.
+/// Flags of the motion of a finger without contact.
 #[inline(always)]
-fn in_the_air<const M: usize, const P: usize, T: Scalar>(
-    state: &mut StateOf<M, P, T>,
-    motion: Motion<T>,
-    mut status: Status,
-) -> Response<T> {
+fn in_the_air<T: Scalar>(motion: Motion<T>) -> Status {
     let [x, y] = motion.slide_increment_mm;
-    if !(x.is_number() && y.is_number() && motion.spin_increment_rad.is_number()) {
-        status = status.with(Status::BAD_INPUT);
-    }
-    lift_off(state);
+    let is_finite = x.is_number() && y.is_number() && motion.spin_increment_rad.is_number();
+    if is_finite { Status::OK } else { Status::BAD_INPUT }
+}
+
+/// The response without contact. Resets all but the strength factor, which is brought into its range.
+#[inline(always)]
+fn no_contact<const M: usize, const P: usize, T: Scalar>(
+    state: &mut ForceStateOf<M, P, T>,
+    history: Option<&mut SlipHistory<T>>,
+    status: Status,
+) -> Response<T> {
+    reset(state, history);
     Response { status, ..Response::default() }
 }
 
 #[cold]
 #[inline(never)]
-fn lift_off<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>) {
-    *state = StateOf { strength_factor: state.strength_factor, ..StateOf::default() };
-}
-
-/// Resets an inconsistent state, including a strength factor that is out of range. Returns the response without contact.
-#[cold]
-#[inline(never)]
-fn memory_lost<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, status: Status) -> Response<T> {
+fn reset<const M: usize, const P: usize, T: Scalar>(
+    state: &mut ForceStateOf<M, P, T>,
+    history: Option<&mut SlipHistory<T>>,
+) {
     let factor = state.strength_factor;
-    *state = StateOf::default();
+    *state = ForceStateOf::default();
     state.set_strength_factor(factor);
-    Response { status: status.with(Status::MEMORY_LOST), ..Response::default() }
+    if let Some(history) = history {
+        *history = SlipHistory::default();
+    }
 }

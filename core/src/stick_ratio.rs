@@ -1,6 +1,6 @@
 //! Stick ratio of a contact from the displacement since the last reversal.
 //!
-//! Main type: [`SlipPath`]. Uses state and math.
+//! Main types: [`SlipHistory`], [`SlipPath`]. Uses math.
 //!
 //! A spring represents a share of the contact area. Of this share p² (1 − e + e p²) slips. p is the displacement of the spring since
 //! the last reversal over the displacement from there to its limit (Masing's rule for parallel springs: Iwan 1966, J. Appl.
@@ -26,9 +26,9 @@
 //! * **Direction.** The slipping share S becomes S (1 + c cos(2 phi) (1 − S)) for a path at an angle phi to x, with c from a line over
 //!   depth ([`crate::build::ParamsOf::slip_lead`]).
 
+use crate::Regime;
 use crate::math::Scalar;
 use crate::spring::DIV_EPS;
-use crate::{Regime, StateOf};
 
 /// Least slide that counts as a reversal, mm: more than the diagonal of a square of ±5 µm.
 pub(crate) const REVERSAL_DEADBAND_MM: f32 = 0.0145;
@@ -42,6 +42,22 @@ const SAME: f32 = 1.01;
 const REMEMBERED: f32 = 1.1;
 /// Share of the path that is kept when a contact grows; of a path to full slip at most.
 const LEFT: f32 = 0.03;
+
+/// What a contact remembers of its slip. `Default` is a contact that starts at the origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct SlipHistory<T> {
+    /// Slide, mm, and angle, rad, at the last reversal.
+    pub(crate) turn: [T; 3],
+    /// Last recorded position on the path from there.
+    pub(crate) reached: [T; 3],
+    /// Friction limit there, N; the least one since.
+    pub(crate) limit_reached: T,
+    /// Origin of the path before the contact grew.
+    pub(crate) turn_before: [T; 3],
+    /// Friction limit before the growth, N; 0 if the contact has not grown or has slid on since.
+    pub(crate) limit_before: T,
+}
 
 /// Path since the last reversal: slide along x and y, mm, and angle, rad.
 pub(crate) struct SlipPath<T>(pub(crate) [T; 3]);
@@ -90,21 +106,36 @@ fn less<const P: usize, T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] - b[0], a[1] - b[1], if P == 1 { a[2] } else { a[2] - b[2] }]
 }
 
-impl<T: Scalar> SlipPath<T> {
+impl<T: Scalar> SlipHistory<T> {
+    /// Starts at a position, with a contact that is new.
+    #[inline(always)]
+    pub(crate) fn start(&mut self, here: [T; 3]) {
+        self.turn = here;
+        self.reached = here;
+    }
+
+    /// Moves the origin of all positions to `origin`.
+    #[inline(always)]
+    pub(crate) fn move_origin(&mut self, origin: [T; 3]) {
+        for place in [&mut self.turn, &mut self.reached, &mut self.turn_before] {
+            *place = less::<2, T>(*place, origin);
+        }
+    }
+
     /// Updates the path by the motion, before the springs move.
     ///
     /// * `stretch`: displacement, mm, of the spring that touches first and slips last, as the direction of friction
     #[inline(always)]
-    pub(crate) fn follow<const M: usize, const P: usize>(
-        state: &mut StateOf<M, P, T>,
+    pub(crate) fn follow<const P: usize>(
+        &mut self,
         contact: &ContactPoint<T>,
-        stretch: impl Fn(&StateOf<M, P, T>) -> [T; 2],
-    ) -> Self {
+        stretch: impl Fn() -> [T; 2],
+    ) -> SlipPath<T> {
         let &ContactPoint { here, limit, reversal_deadband_mm: noticed, .. } = contact;
         let nothing = T::of(0.0);
-        let moved = less::<P, T>(here, state.reached);
+        let moved = less::<P, T>(here, self.reached);
         let square = contact.dot::<P>(moved, moved);
-        let grown = limit - state.limit_reached;
+        let grown = limit - self.limit_reached;
         let weighed = T::of(GROWTH) * grown;
         let is_far = square > noticed * noticed;
         if is_far || grown > contact.growth_deadband_n {
@@ -113,43 +144,90 @@ impl<T: Scalar> SlipPath<T> {
             let is_clear = if grows { grown > contact.growth_deadband_n } else { is_far };
             if is_clear {
                 if grows {
-                    grow(state, contact);
+                    self.grow::<P>(contact);
                 } else {
-                    if state.limit_before > nothing {
-                        restore_history(state, contact);
+                    if self.limit_before > nothing {
+                        self.restore::<P>(contact);
                     }
-                    let path = less::<P, T>(state.reached, state.turn);
+                    let path = less::<P, T>(self.reached, self.turn);
                     let ahead = contact.dot::<P>(moved, path);
                     if ahead < nothing {
-                        if contact.outweighs(weighed, square) && points_along(stretch(state), path) {
-                            state.turn = less::<P, T>(here, path);
+                        if contact.outweighs(weighed, square) && points_along(stretch(), path) {
+                            self.turn = less::<P, T>(here, path);
                         } else {
-                            reverse(state, contact, moved, [square, ahead], path);
+                            self.reverse::<P>(contact, moved, [square, ahead], path);
                         }
-                        state.limit_before = nothing;
+                        self.limit_before = nothing;
                     }
                 }
-                state.reached = here;
-                state.limit_reached = limit;
+                self.reached = here;
+                self.limit_reached = limit;
             }
         } else if grown < nothing {
             if grown < -contact.growth_deadband_n {
-                let path = less::<P, T>(state.reached, state.turn);
+                let path = less::<P, T>(self.reached, self.turn);
                 if contact.dot::<P>(moved, path) < nothing
                     && contact.outweighs(weighed, square)
-                    && points_along(stretch(state), path)
+                    && points_along(stretch(), path)
                 {
-                    state.turn = less::<P, T>(here, path);
-                    state.reached = here;
+                    self.turn = less::<P, T>(here, path);
+                    self.reached = here;
                 }
-                state.limit_reached = limit;
+                self.limit_reached = limit;
             }
-            if limit < state.limit_before {
-                state.turn = state.turn_before;
-                state.limit_before = nothing;
+            if limit < self.limit_before {
+                self.turn = self.turn_before;
+                self.limit_before = nothing;
             }
         }
-        Self(less::<P, T>(here, state.turn))
+        SlipPath(less::<P, T>(here, self.turn))
+    }
+
+    /// The contact moves back, straight or at an obtuse angle theta to its path. The component against the motion is discarded, and of
+    /// the component across the motion a share 1 + cos theta is kept.
+    ///
+    /// * `square`, `ahead`: square of the motion since the last recorded position, and its scalar product with the path, mm²
+    #[inline(always)]
+    fn reverse<const P: usize>(
+        &mut self,
+        contact: &ContactPoint<T>,
+        moved: [T; 3],
+        [square, ahead]: [T; 2],
+        path: [T; 3],
+    ) {
+        let back = ahead / square;
+        let cosine = (ahead * back / (contact.dot::<P>(path, path) + T::of(DIV_EPS))).magnitude().sqrt();
+        let left = (T::of(1.0) - cosine) * contact.share_to_full_slip(path);
+        let across = less::<P, T>(path, moved.map(|m| back * m));
+        self.turn = less::<P, T>(self.reached, across.map(|w| left * w));
+    }
+
+    /// The contact grows while it sticks: its slip path restarts except for a small share, and the old one is stored.
+    #[inline(always)]
+    fn grow<const P: usize>(&mut self, contact: &ContactPoint<T>) {
+        if !(self.limit_before > T::of(0.0)) {
+            self.turn_before = self.turn;
+            self.limit_before = self.limit_reached;
+        }
+        let path = less::<P, T>(contact.here, self.turn_before);
+        let left = T::of(LEFT) * contact.share_to_full_slip(path);
+        self.turn = less::<P, T>(contact.here, path.map(|w| left * w));
+    }
+
+    /// The contact has grown and now slides. Its old path continues if the limit has returned to its value or friction has grown by as
+    /// much as a small growth; after a large growth the old path is discarded.
+    #[inline(always)]
+    fn restore<const P: usize>(&mut self, contact: &ContactPoint<T>) {
+        let before = self.limit_before;
+        if contact.limit <= T::of(REMEMBERED) * before {
+            let since = less::<P, T>(contact.here, self.turn);
+            let is_back = contact.limit <= T::of(SAME) * before;
+            if !is_back && contact.outweighs(contact.limit - before, contact.dot::<P>(since, since)) {
+                return;
+            }
+            self.turn = self.turn_before;
+        }
+        self.limit_before = T::of(0.0);
     }
 }
 
@@ -158,53 +236,6 @@ impl<T: Scalar> SlipPath<T> {
 #[inline(always)]
 fn points_along<T: Scalar>([x, y]: [T; 2], path: [T; 3]) -> bool {
     x * path[0] + y * path[1] > T::of(0.0)
-}
-
-/// The contact moves back, straight or at an obtuse angle theta to its path. The component against the motion is discarded, and of
-/// the component across the motion a share 1 + cos theta is kept.
-///
-/// * `square`, `ahead`: square of the motion since the last recorded position, and its scalar product with the path, mm²
-#[inline(always)]
-fn reverse<const M: usize, const P: usize, T: Scalar>(
-    state: &mut StateOf<M, P, T>,
-    contact: &ContactPoint<T>,
-    moved: [T; 3],
-    [square, ahead]: [T; 2],
-    path: [T; 3],
-) {
-    let back = ahead / square;
-    let cosine = (ahead * back / (contact.dot::<P>(path, path) + T::of(DIV_EPS))).magnitude().sqrt();
-    let left = (T::of(1.0) - cosine) * contact.share_to_full_slip(path);
-    let across = less::<P, T>(path, moved.map(|m| back * m));
-    state.turn = less::<P, T>(state.reached, across.map(|w| left * w));
-}
-
-/// The contact grows while it sticks: its slip path restarts except for a small share, and the old one is stored.
-#[inline(always)]
-fn grow<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, contact: &ContactPoint<T>) {
-    if !(state.limit_before > T::of(0.0)) {
-        state.turn_before = state.turn;
-        state.limit_before = state.limit_reached;
-    }
-    let path = less::<P, T>(contact.here, state.turn_before);
-    let left = T::of(LEFT) * contact.share_to_full_slip(path);
-    state.turn = less::<P, T>(contact.here, path.map(|w| left * w));
-}
-
-/// The contact has grown and now slides. Its old path continues if the limit has returned to its value or friction has grown by as
-/// much as a small growth; after a large growth the old path is discarded.
-#[inline(always)]
-fn restore_history<const M: usize, const P: usize, T: Scalar>(state: &mut StateOf<M, P, T>, contact: &ContactPoint<T>) {
-    let before = state.limit_before;
-    if contact.limit <= T::of(REMEMBERED) * before {
-        let since = less::<P, T>(contact.here, state.turn);
-        let is_back = contact.limit <= T::of(SAME) * before;
-        if !is_back && contact.outweighs(contact.limit - before, contact.dot::<P>(since, since)) {
-            return;
-        }
-        state.turn = state.turn_before;
-    }
-    state.limit_before = T::of(0.0);
 }
 
 /// Stick ratio of a contact in which slip spreads sooner along x than along y.

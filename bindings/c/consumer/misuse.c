@@ -55,6 +55,8 @@ static void handles(const model_file *file)
     fingerpad_model model, zeroed;
     fingerpad_state state, before;
     fingerpad_spin_state spin;
+    fingerpad_force_state forces;
+    fingerpad_force_response f;
     fingerpad_contact contact;
     fingerpad_watch watch;
     fingerpad_response r;
@@ -65,12 +67,18 @@ static void handles(const model_file *file)
     (void)memset(&zeroed, 0, sizeof zeroed);
     (void)memset(&state, 0, sizeof state);
     (void)memset(&spin, 0, sizeof spin);
+    (void)memset(&forces, 0, sizeof forces);
     (void)memset(&contact, 0, sizeof contact);
     (void)memset(&watch, 0, sizeof watch);
     must(fingerpad_surroundings_default(&around), "surroundings");
     must(fingerpad_model_load(&model, bytes_of(file), file->length), "model");
     expect(fingerpad_step(&model, &state, pressed, &r), FINGERPAD_NOT_SET_UP, "a zeroed state");
     expect(fingerpad_spin_step(&model, &spin, pressed, &r), FINGERPAD_NOT_SET_UP, "a zeroed spin state");
+    expect(fingerpad_step_forces(&model, &forces, pressed, &f), FINGERPAD_NOT_SET_UP, "a zeroed state of forces");
+    must(fingerpad_force_state_init(&forces), "state of forces");
+    expect(fingerpad_step_forces(&model, &forces, pressed, NULL), FINGERPAD_NULL, "no response of forces");
+    expect(fingerpad_step_forces(&zeroed, &forces, pressed, &f), FINGERPAD_NOT_SET_UP, "forces of a zeroed model");
+    expect(fingerpad_force_state_set_strength_factor(&forces, 6.0f), FINGERPAD_RANGE, "a factor out of range");
     expect(fingerpad_contact_step(&model, &contact, around, pressed, &r), FINGERPAD_NOT_SET_UP, "a zeroed contact");
     must(fingerpad_state_init(&state), "state");
     must(fingerpad_step(&model, &state, pressed, &r), "step");

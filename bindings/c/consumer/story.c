@@ -5,6 +5,7 @@ static model_file files[2];
 static fingerpad_model model;
 static fingerpad_state plain;
 static fingerpad_spin_state spin;
+static fingerpad_force_state force_state;
 static fingerpad_contact contact;
 static fingerpad_surroundings around;
 static fingerpad_watch watch;
@@ -47,6 +48,15 @@ static void print_response(const fingerpad_response *r)
     (void)printf(" %d %x", (int)r->regime, (unsigned)r->status);
 }
 
+static void print_forces(const fingerpad_force_response *r)
+{
+    const float numbers[9] = {r->normal_force_n,   r->friction_x_n,         r->friction_y_n,
+                              r->friction_limit_n, r->slip_margin,          r->spin_moment_n_mm,
+                              r->pressure_centre_x_mm, r->pressure_centre_y_mm, r->contact_area_mm2};
+    print_words(numbers, 9);
+    (void)printf(" %x", (unsigned)r->status);
+}
+
 static void print_motion(const fingerpad_motion *m)
 {
     const float numbers[5] = {m->depth_mm, m->slide_x_mm, m->slide_y_mm, m->spin_rad, m->dt_s};
@@ -59,6 +69,7 @@ static void use_model(unsigned k)
     must(fingerpad_model_load(&model, bytes_of(&files[k]), files[k].length), "model");
     must(fingerpad_state_init(&plain), "state");
     must(fingerpad_spin_state_init(&spin), "spin state");
+    must(fingerpad_force_state_init(&force_state), "force state");
     must(fingerpad_contact_init(&contact), "contact");
     must(fingerpad_model_surroundings(&model, &around), "surroundings");
     must(fingerpad_watch_settings_default(&settings), "settings");
@@ -96,6 +107,7 @@ static void step(const float *f)
 {
     fingerpad_motion motion;
     fingerpad_response one, two, three;
+    fingerpad_force_response forces;
     fingerpad_event events[FINGERPAD_EVENTS_A_LOOK];
     fingerpad_state states[2];
     fingerpad_spin_state spins[2];
@@ -110,6 +122,7 @@ static void step(const float *f)
     spins[0] = spins[1] = spin;
     must(fingerpad_step(&model, &plain, motion, &one), "step");
     must(fingerpad_spin_step(&model, &spin, motion, &two), "spin step");
+    must(fingerpad_step_forces(&model, &force_state, motion, &forces), "step of forces");
     must(fingerpad_contact_step(&model, &contact, around, motion, &three), "step with effects");
     must(fingerpad_contact_reading(&model, &three, reading_n), "reading");
     must(fingerpad_contact_reading_under(&model, &contact, around, &three, under_n), "reading under surroundings");
@@ -117,6 +130,7 @@ static void step(const float *f)
     print_response(&one);
     print_response(&two);
     print_response(&three);
+    print_forces(&forces);
     print_words(reading_n, 3);
     print_words(under_n, 3);
     for (i = 0; i < count; i++) {
@@ -196,7 +210,8 @@ static void save(void)
 static void factor(float f)
 {
     const int32_t code = fingerpad_state_set_strength_factor(&plain, f);
-    if (fingerpad_spin_state_set_strength_factor(&spin, f) != code
+    if (fingerpad_force_state_set_strength_factor(&force_state, f) != code
+        || fingerpad_spin_state_set_strength_factor(&spin, f) != code
         || fingerpad_contact_set_strength_factor(&contact, f) != code) {
         (void)printf("the three differ ");
     }

@@ -13,6 +13,7 @@ mod batch;
 mod codes;
 mod contact;
 mod driven;
+mod forces;
 mod model;
 mod pad;
 mod pad_state;

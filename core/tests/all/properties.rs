@@ -4,8 +4,8 @@ use crate::common::books::keep;
 use crate::common::{DisturbedPath, Noise, any_model, closed_path, disturbed_path, example, models, motion, run};
 use fingerpad::build::{Data, Params, ParamsOf};
 use fingerpad::{
-    Error, ModelOf, Motion, Regime, Response, SPRINGS, STATE_BYTES, SpinState, State, StateOf, Status, state_bytes,
-    step,
+    Error, ForceResponse, ForceState, ForceStateOf, ModelOf, Motion, Regime, Response, SPRINGS, STATE_BYTES, SpinState,
+    State, StateOf, Status, state_bytes, step,
 };
 use proptest::prelude::*;
 
@@ -32,14 +32,27 @@ fn saved<const P: usize>(state: &StateOf<SPRINGS, P>) -> Vec<u8> {
     bytes
 }
 
+/// A step of forces alone and a step agree bit by bit.
+fn same_forces(alone: &ForceResponse, r: &Response) {
+    let bits = |r: &ForceResponse| {
+        let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
+        let numbers = [r.normal_force_n, x, y, r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm];
+        let more = [centre_x, centre_y, r.contact_area_mm2];
+        (numbers.map(f32::to_bits), more.map(f32::to_bits), r.status)
+    };
+    assert_eq!(bits(alone), bits(&(*r).into()), "{alone:?} {r:?}");
+}
+
 /// Runs a disturbed path and looks at every answer; flags need a cause.
 fn follow<const P: usize>(data: &Data, path: &DisturbedPath) {
     let plain = data.model().unwrap();
-    let mut state = StateOf::<SPRINGS, P>::default();
+    let (mut state, mut forces) = (StateOf::<SPRINGS, P>::default(), ForceStateOf::<SPRINGS, P>::default());
     for at in &path.0 {
         state.set_strength_factor(at.factor);
+        forces.set_strength_factor(at.factor);
         let model = plain.tuned(at.tuning).unwrap();
         let r = step(&model, &mut state, at.motion);
+        same_forces(&model.step_forces(&mut forces, at.motion), &r);
         assert_sane(data, 5.0 * 10.0 * 4.0 * 5.0 * 8.0, &r);
         assert!(
             StateOf::<SPRINGS, P>::read_bytes(7, &saved(&state)).is_ok_and(|again| again == state),
@@ -115,24 +128,30 @@ proptest! {
     fn any_bits_are_answered(words in prop::collection::vec(any::<[u32; 6]>(), 1..20), depth in -0.1f32..2.6) {
         for (_, data) in models() {
             let model = data.model().unwrap();
-            let (mut state, mut spun) = (State::default(), SpinState::default());
+            let (mut state, mut spun, mut forces) = (State::default(), SpinState::default(), ForceState::default());
             step(&model, &mut state, motion(depth, 0.3, -0.2));
+            model.step_forces(&mut forces, motion(depth, 0.3, -0.2));
             step(&model, &mut spun, motion(depth, 0.3, -0.2));
             for w in &words {
                 let f = w.map(f32::from_bits);
                 state.set_strength_factor(f[5]);
                 spun.set_strength_factor(f[5]);
+                forces.set_strength_factor(f[5]);
                 let input =
                     Motion { depth_mm: f[0], slide_increment_mm: [f[1], f[2]], spin_increment_rad: f[3], dt_s: f[4] };
                 let flat = Motion { spin_increment_rad: 0.0, ..input };
-                for (r, spins) in [(step(&model, &mut state, flat), false), (step(&model, &mut spun, input), true)] {
+                let answers = [(step(&model, &mut state, flat), false), (step(&model, &mut spun, input), true)];
+                same_forces(&model.step_forces(&mut forces, flat), &answers[0].0);
+                for (r, spins) in answers {
                     assert_sane(&data, 5.0, &r);
                     let good = f[..3].iter().all(|f| f.is_finite()) && (!spins || f[3].is_finite());
                     prop_assert_eq!(r.status.contains(Status::BAD_INPUT), !good, "{:?} {:?}", input, r);
                     // In the air nothing depends on time, and a depth of no number keeps the contact as it is.
                     prop_assert_eq!(r.status.contains(Status::BAD_TIME_STEP), !(f[4] > 0.0 && f[4].is_finite()));
                 }
-                assert_sane(&data, 5.0, &step(&model, &mut state, motion(1.0, 0.01, 0.0)));
+                let r = step(&model, &mut state, motion(1.0, 0.01, 0.0));
+                assert_sane(&data, 5.0, &r);
+                same_forces(&model.step_forces(&mut forces, motion(1.0, 0.01, 0.0)), &r);
                 assert_sane(&data, 5.0, &step(&model, &mut spun, motion(1.0, 0.01, 0.0)));
             }
         }
@@ -302,6 +321,13 @@ fn slid<const P: usize>(
         r = step(model, &mut state, motion(depth, 0.01 * slide[0], 0.01 * slide[1]));
     }
     (state, r)
+}
+
+/// What a user pays who only wants forces, and one who also wants the stick ratio; README has these numbers.
+#[test]
+fn a_state_has_the_bytes_that_are_stated() {
+    assert_eq!(size_of::<ForceState>(), 64);
+    assert_eq!([size_of::<State>(), size_of::<SpinState>()], [108, 140]);
 }
 
 #[test]

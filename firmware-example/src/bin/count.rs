@@ -8,8 +8,8 @@ use cortex_m_rt::entry;
 use fingerpad::build::{DataOf, EffectSlot, ParamsOf};
 use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::{
-    Contact, Drive, Effects, Error, Motion, NODES, Normal, Response, SPRINGS, StateOf, Surroundings, Tangential,
-    Tuning, step,
+    Contact, Drive, Effects, Error, ForceResponse, ForceStateOf, Motion, NODES, Normal, Response, SPRINGS, StateOf,
+    Surroundings, Tangential, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
@@ -28,37 +28,29 @@ struct Bench<'a, const M: usize, const P: usize = 1> {
     model: fingerpad::ModelOf<'a, M, NODES>,
     state: StateOf<M, P>,
     response: Response,
-    /// Normal force, friction, limit and margin.
-    forces: [f32; 5],
+    force_state: ForceStateOf<M, P>,
+    forces: ForceResponse,
 }
 
 impl<'a, const M: usize, const P: usize> Bench<'a, M, P> {
     fn new(model: fingerpad::ModelOf<'a, M, NODES>) -> Self {
-        Self { model, state: StateOf::default(), response: Response::default(), forces: [0.0; 5] }
+        let (state, force_state) = (StateOf::default(), ForceStateOf::default());
+        Self { model, state, response: Response::default(), force_state, forces: ForceResponse::default() }
     }
+}
 
-    #[inline(always)]
-    fn step(&mut self, s: &[f32; 4]) -> Response {
-        let spin_increment_rad = if P > 1 { 0.02 * s[1] } else { 0.0 };
-        let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad, dt_s: s[3] };
-        step(&self.model, &mut self.state, motion)
-    }
+#[inline(always)]
+fn motion<const P: usize>(s: &[f32; 4]) -> Motion {
+    let spin_increment_rad = if P > 1 { 0.02 * s[1] } else { 0.0 };
+    Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad, dt_s: s[3] }
 }
 
 extern "C" fn ours<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
-    b.response = b.step(s);
+    b.response = step(&b.model, &mut b.state, motion::<P>(s));
 }
 
-extern "C" fn forces_only<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
-    let r = b.step(s);
-    let [x, y] = r.friction_n;
-    b.forces = [r.normal_force_n, x, y, r.friction_limit_n, r.slip_margin];
-}
-
-extern "C" fn forces_and_moment<const M: usize>(b: &mut Bench<'_, M, 2>, s: &[f32; 4]) {
-    let r = b.step(s);
-    let [x, y] = r.friction_n;
-    b.forces = [r.normal_force_n, x, y + r.spin_moment_n_mm, r.friction_limit_n, r.slip_margin];
+extern "C" fn forces<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
+    b.forces = b.model.step_forces(&mut b.force_state, motion::<P>(s));
 }
 
 /// 512 steps: stick, slip, reversals, turns, depth up and down, always in contact.
@@ -90,7 +82,7 @@ fn print(name: &str, c: Count) {
 fn row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
     let data = example::<M>()?;
     let mut bench = Bench::<M>::new(data.model()?);
-    print(names[0], count(forces_only::<M, 1>, &mut bench, samples));
+    print(names[0], count(forces::<M, 1>, &mut bench, samples));
     print(names[1], count(ours::<M, 1>, &mut bench, samples));
     black_box((&bench.response, &bench.forces));
     Ok(())
@@ -99,19 +91,19 @@ fn row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Err
 fn spin_row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
     let data = example::<M>()?;
     let mut bench = Bench::<M, 2>::new(data.model()?);
-    print(names[0], count(forces_and_moment::<M>, &mut bench, samples));
+    print(names[0], count(forces::<M, 2>, &mut bench, samples));
     print(names[1], count(ours::<M, 2>, &mut bench, samples));
     black_box((&bench.response, &bench.forces));
     Ok(())
 }
 
 fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
-    row::<3>(["step M=3, N F limit margin", "step M=3"], samples)?;
-    row::<4>(["step M=4, N F limit margin", "step M=4 default"], samples)?;
-    row::<5>(["step M=5, N F limit margin", "step M=5"], samples)?;
-    row::<8>(["step M=8, N F limit margin", "step M=8"], samples)?;
-    spin_row::<3>(["spin M=3, N F Mz limit margin", "spin M=3"], samples)?;
-    spin_row::<4>(["spin M=4, N F Mz limit margin", "spin M=4"], samples)?;
+    row::<3>(["step_forces M=3", "step M=3"], samples)?;
+    row::<4>(["step_forces M=4", "step M=4 default"], samples)?;
+    row::<5>(["step_forces M=5", "step M=5"], samples)?;
+    row::<8>(["step_forces M=8", "step M=8"], samples)?;
+    spin_row::<3>(["spin step_forces M=3", "spin M=3"], samples)?;
+    spin_row::<4>(["spin step_forces M=4", "spin M=4"], samples)?;
     let model = fingerpad_firmware::model()?;
     let mut bench = Bench::<SPRINGS>::new(model);
     print("gradient", count(gradient, &mut bench, samples));

@@ -4,8 +4,8 @@ use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, Gradient, Model, Motion, Normal, Response, SPRINGS, SpinState, State, StateOf,
-    Surroundings, Tangential, Tuning, state_bytes,
+    Contact, Drive, Driven, Error, File, ForceResponse, ForceState, Gradient, Model, Motion, Normal, Response, SPRINGS,
+    SpinState, State, StateOf, Surroundings, Tangential, Tuning, state_bytes,
 };
 
 use crate::pad::PadTeller;
@@ -21,6 +21,7 @@ pub struct Teller<'a> {
     model: Model<'a>,
     plain: State,
     spin: SpinState,
+    force_state: ForceState,
     contact: Contact<SPRINGS>,
     around: Surroundings,
     watch: Watch,
@@ -37,6 +38,7 @@ impl<'a> Teller<'a> {
             model: file.model,
             plain: State::default(),
             spin: SpinState::default(),
+            force_state: ForceState::default(),
             contact: Contact::default(),
             around: Surroundings::default(),
             watch: Watch::new(0),
@@ -120,6 +122,7 @@ impl<'a> Teller<'a> {
         }
         self.plain.set_strength_factor(factor);
         self.spin.set_strength_factor(factor);
+        self.force_state.set_strength_factor(factor);
         self.contact.state.set_strength_factor(factor);
         "0".to_owned()
     }
@@ -140,7 +143,8 @@ impl<'a> Teller<'a> {
             .collect();
         let reading =
             words(&effects.reading(&three)) + &words(&effects.reading_under(&three, &self.contact, &self.around));
-        format!("{}{}{}{reading}{events}", forces(&one), forces(&two), forces(&three))
+        let alone = forces_alone(&self.model.step_forces(&mut self.force_state, motion));
+        format!("{}{}{}{alone}{reading}{events}", forces(&one), forces(&two), forces(&three))
     }
 
     fn driven(&mut self, drive: Drive) -> String {
@@ -204,6 +208,14 @@ pub fn forces(r: &Response) -> String {
         r.band_friction_n,
     ];
     format!("{} {} {:x}", words(&numbers), r.regime as u8, r.status.0)
+}
+
+fn forces_alone(r: &ForceResponse) -> String {
+    let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
+    let limits = [r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm];
+    let numbers =
+        words(&[r.normal_force_n, x, y]) + &words(&limits) + &words(&[centre_x, centre_y, r.contact_area_mm2]);
+    format!("{numbers} {:x}", r.status.0)
 }
 
 fn moved(motion: &Motion) -> String {
