@@ -2,7 +2,6 @@
 //!
 //! Main functions: [`test()`], [`bench()`]. Uses `c_test` for the tools of C and `python` for the environment.
 
-use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -43,7 +42,7 @@ fn build() -> Result<PathBuf> {
     c_test::prepare()?;
     let mut cargo = cargo_command();
     run(cargo.current_dir(root().join(C_LIBRARY)).args(["build", "--release"]))?;
-    let python = environment()?;
+    let python = python::kept_environment("mujoco", &folder().join("requirements.txt"))?;
     let asked = "import mujoco, pathlib; print(pathlib.Path(mujoco.__file__).parent)";
     let out = Command::new(&python).args(["-c", asked]).output()?;
     ensure!(out.status.success(), "mujoco cannot be imported: {}", String::from_utf8_lossy(&out.stderr));
@@ -52,17 +51,5 @@ fn build() -> Result<PathBuf> {
     configure.current_dir(folder()).args(["-S", ".", "-B", "build"]);
     run(configure.arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
     run(Command::new("cmake").current_dir(folder()).args(["--build", "build"]))?;
-    Ok(python)
-}
-
-/// The Python environment, made again when its requirements have changed.
-fn environment() -> Result<PathBuf> {
-    let (folder, requirements) = (root().join("target/mujoco"), folder().join("requirements.txt"));
-    let (stamp, list) = (folder.join("requirements.txt"), fs::read(&requirements)?);
-    if fs::read(&stamp).is_ok_and(|installed| installed == list) {
-        return Ok(folder.join("bin/python"));
-    }
-    let python = python::environment(&folder, &requirements)?;
-    fs::write(stamp, list)?;
     Ok(python)
 }

@@ -16,7 +16,7 @@ const FOLDER: &str = "bindings/warp";
 /// Installs the package and runs its tests on Warp's CPU device, and on a GPU if there is one; the head of their report
 /// names it.
 pub fn test() -> Result<()> {
-    let python = environment()?;
+    let python = python::kept_environment("warp", &folder().join("requirements.txt"))?;
     // The reference: the Python package without the program, which has the bits of the core.
     let mut reference = pip(&python);
     reference.env("RUSTFLAGS", "-Ctarget-cpu=generic").args(["--force-reinstall", "--no-deps"]);
@@ -38,18 +38,6 @@ fn pip(python: &Path) -> Command {
     let mut pip = Command::new(python);
     pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
     pip
-}
-
-/// The Python environment, created again when its requirements have changed.
-fn environment() -> Result<PathBuf> {
-    let (folder, requirements) = (root().join("target/warp"), folder().join("requirements.txt"));
-    let (stamp, list) = (folder.join("requirements.txt"), fs::read(&requirements)?);
-    if fs::read(&stamp).is_ok_and(|installed| installed == list) {
-        return Ok(folder.join("bin/python"));
-    }
-    let python = python::environment(&folder, &requirements)?;
-    fs::write(stamp, list)?;
-    Ok(python)
 }
 
 /// Copies the files of a folder and of the folders in it, those of tools (`.pytest_cache`, `__pycache__`) left out.

@@ -2,7 +2,7 @@
 //!
 //! Compiled by path into the tests of the file format, into the example `document` and into the firmware.
 
-use fingerpad::{Model, Motion, State, step};
+use fingerpad::{Model, Motion, Response, State, step};
 
 /// Digest of all outputs of `steps` steps: presses, slides, turns, lift-offs and now and then nonsense.
 pub fn digest(model: &Model<'_>, steps: u32) -> u32 {
@@ -30,25 +30,28 @@ pub fn digest(model: &Model<'_>, steps: u32) -> u32 {
             motion.slide_increment_mm[0] = f32::from_bits(next());
         }
         let r = step(model, &mut state, motion);
-        let words = [
-            r.normal_force_n.to_bits(),
-            r.friction_n[0].to_bits(),
-            r.friction_n[1].to_bits(),
-            r.stick_ratio.to_bits(),
-            r.friction_limit_n.to_bits(),
-            r.slip_margin.to_bits(),
-            r.spin_moment_n_mm.to_bits(),
-            r.pressure_centre_mm[0].to_bits(),
-            r.pressure_centre_mm[1].to_bits(),
-            r.contact_area_mm2.to_bits(),
-            r.band_normal_n.to_bits(),
-            r.band_friction_n.to_bits(),
-            r.regime as u32,
-            u32::from(r.status.0),
-        ];
-        for word in words {
-            digest = (digest ^ word).wrapping_mul(0x0100_0193).rotate_left(5);
-        }
+        digest = mixed(digest, &r);
     }
     digest
+}
+
+/// The digest with all words of a response.
+pub fn mixed(digest: u32, r: &Response) -> u32 {
+    let words = [
+        r.normal_force_n.to_bits(),
+        r.friction_n[0].to_bits(),
+        r.friction_n[1].to_bits(),
+        r.stick_ratio.to_bits(),
+        r.friction_limit_n.to_bits(),
+        r.slip_margin.to_bits(),
+        r.spin_moment_n_mm.to_bits(),
+        r.pressure_centre_mm[0].to_bits(),
+        r.pressure_centre_mm[1].to_bits(),
+        r.contact_area_mm2.to_bits(),
+        r.band_normal_n.to_bits(),
+        r.band_friction_n.to_bits(),
+        r.regime as u32,
+        u32::from(r.status.0),
+    ];
+    words.into_iter().fold(digest, |digest, word| (digest ^ word).wrapping_mul(0x0100_0193).rotate_left(5))
 }

@@ -2,6 +2,7 @@
 //!
 //! Compiled by path into the tests of the core and into the firmware.
 
+use super::golden::mixed;
 use fingerpad::Motion;
 use fingerpad::pad::{EXAMPLE_PATCHES, Pad, PadState, Plane, Sphere};
 
@@ -48,25 +49,7 @@ pub fn digest(pad: &Pad<'_>, steps: u32) -> u32 {
         } else {
             pad.step(&mut state, &Sphere { radius_mm: 12.0 }, motion, pose)
         };
-        let words = [
-            r.normal_force_n.to_bits(),
-            r.friction_n[0].to_bits(),
-            r.friction_n[1].to_bits(),
-            r.stick_ratio.to_bits(),
-            r.friction_limit_n.to_bits(),
-            r.slip_margin.to_bits(),
-            r.spin_moment_n_mm.to_bits(),
-            r.pressure_centre_mm[0].to_bits(),
-            r.pressure_centre_mm[1].to_bits(),
-            r.contact_area_mm2.to_bits(),
-            r.band_normal_n.to_bits(),
-            r.band_friction_n.to_bits(),
-            r.regime as u32,
-            u32::from(r.status.0),
-        ];
-        for word in words {
-            digest = (digest ^ word).wrapping_mul(0x0100_0193).rotate_left(5);
-        }
+        digest = mixed(digest, &r);
     }
     digest
 }

@@ -1,6 +1,7 @@
 //! Cases with a closed form: Hertz, Cattaneo-Mindlin, full slip.
 
 use fingerpad_fe::contact::{Friction, NodeState, PenaltySettings, Plane, RigidBody, RubberFriction, plane::DEPTH};
+use fingerpad_fe::solve::{Solver, State};
 
 use super::{Effort, Failure};
 use crate::{
@@ -31,13 +32,7 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
         let label = |what: &str| format!("{what}, {elements:?}, a/h {per_radius}, {} nodes", sphere.mesh.nodes.len());
         let mut solver = sphere.solver(sphere.penalty(1e-3));
         let state = sphere.press(&mut solver)?;
-        let hertz = &sphere.hertz;
-        let peak = state.contact.nodes.iter().map(NodeState::pressure_mpa).fold(0.0, f64::max);
-        let force = sphere.copies * state.totals.force.z;
-        let radius = sphere.area_radius_mm(&solver, &state);
-        checks.push(Check::relative(label("force (N)"), force, hertz.force_n(), bound));
-        checks.push(Check::relative(label("radius from area (mm)"), radius, hertz.radius_mm, area_bound));
-        checks.push(Check::relative(label("peak pressure (MPa)"), peak, hertz.peak_mpa(), bound));
+        let [force, radius] = against_hertz(&sphere, &solver, &state, label, [bound, area_bound], &mut checks);
         if per_radius == meshes[0].1 {
             let mut soft = sphere.solver(sphere.penalty(2e-3));
             let force_soft = sphere.copies * sphere.press(&mut soft)?.totals.force.z;
@@ -54,6 +49,25 @@ pub fn hertz(effort: Effort) -> Result<Vec<Check>, Failure> {
         }
     }
     Ok(checks)
+}
+
+/// Checks of force, radius of the contact and peak pressure; returns the force, N, and the radius, mm.
+fn against_hertz(
+    sphere: &Sphere,
+    solver: &Solver,
+    state: &State,
+    label: impl Fn(&str) -> String,
+    [bound, area_bound]: [f64; 2],
+    checks: &mut Vec<Check>,
+) -> [f64; 2] {
+    let hertz = &sphere.hertz;
+    let peak = state.contact.nodes.iter().map(NodeState::pressure_mpa).fold(0.0, f64::max);
+    let force = sphere.copies * state.totals.force.z;
+    let radius = sphere.area_radius_mm(solver, state);
+    checks.push(Check::relative(label("force (N)"), force, hertz.force_n(), bound));
+    checks.push(Check::relative(label("radius from area (mm)"), radius, hertz.radius_mm, area_bound));
+    checks.push(Check::relative(label("peak pressure (MPa)"), peak, hertz.peak_mpa(), bound));
+    [force, radius]
 }
 
 /// Hertz on curved rigid bodies: a half-space and a sphere on a sphere, crossed cylinders.
@@ -77,13 +91,8 @@ pub fn hertz_curved(effort: Effort) -> Result<Vec<Check>, Failure> {
         let mut solver = sphere.solver(sphere.penalty(1e-3));
         solver.set_rigid_body(rigid, None, &Plane::default());
         let state = sphere.press(&mut solver)?;
-        let (hertz, label) = (&sphere.hertz, |what: &str| format!("{name}: {what}, a/h {per_radius}"));
-        let peak = state.contact.nodes.iter().map(NodeState::pressure_mpa).fold(0.0, f64::max);
-        let force = sphere.copies * state.totals.force.z;
-        let radius = sphere.area_radius_mm(&solver, &state);
-        checks.push(Check::relative(label("force (N)"), force, hertz.force_n(), bound));
-        checks.push(Check::relative(label("radius from area (mm)"), radius, hertz.radius_mm, area_bound));
-        checks.push(Check::relative(label("peak pressure (MPa)"), peak, hertz.peak_mpa(), bound));
+        let label = |what: &str| format!("{name}: {what}, a/h {per_radius}");
+        against_hertz(&sphere, &solver, &state, label, [bound, area_bound], &mut checks);
     }
     Ok(checks)
 }

@@ -2,30 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::protocol::Plan;
+use super::protocol::{Moment, Plan};
 
 /// The state of a row.
 pub struct At<'a> {
     /// The stroke's plan.
     pub plan: &'a Plan,
-    /// Clock, s.
-    pub t_s: f64,
-    /// Time since touch, s.
-    pub contact_s: f64,
-    /// Contact time since the last rest, s.
-    pub occlusion_s: f64,
-    /// Depth, mm.
-    pub depth_mm: f64,
-    /// Speed, mm/s; 0 at rest.
-    pub speed_mm_s: f64,
-    /// Direction of motion, rad.
-    pub direction: f64,
-    /// Path since touch, mm.
-    pub path_mm: f64,
-    /// Path since the last turn, mm.
-    pub turn_mm: f64,
-    /// Position of the plate, mm.
-    pub position_mm: [f64; 2],
+    /// Times, depth and motion.
+    pub moment: &'a Moment,
     /// Elastic load, N.
     pub normal_n: f64,
 }
@@ -113,16 +97,16 @@ impl Effect {
                 let g = |h: f64| (-0.5 * ((h - b) / c).abs().powf(2.0 * self.form)).exp();
                 strength += a * (g(p.hydration_au) - g(35.0));
             }
-            "speed_log" if at.speed_mm_s > 0.0 => strength += a * (at.speed_mm_s / 2.0).ln(),
-            "speed_stribeck" if at.speed_mm_s > 0.0 => {
-                strength += a * (fade(at.speed_mm_s / b) - fade(2.0 / b));
+            "speed_log" if at.moment.speed_mm_s > 0.0 => strength += a * (at.moment.speed_mm_s / 2.0).ln(),
+            "speed_stribeck" if at.moment.speed_mm_s > 0.0 => {
+                strength += a * (fade(at.moment.speed_mm_s / b) - fade(2.0 / b));
             }
             "viscous_drag" => to.drag_n_s_mm += a,
-            "anisotropy" => strength += a * (2.0 * (at.direction - b * PI / 180.0)).cos(),
-            "normal_relaxation" => stiffness -= a * (1.0 - fade(at.contact_s / b)),
-            "contact_ageing" => strength += a * (1.0 + p.dwell_s / b).ln() * fade(at.path_mm / c),
-            "static_peak" => strength += a * fade(at.path_mm / b),
-            "occlusion_growth" => strength += a * (1.0 - fade(at.occlusion_s / b)),
+            "anisotropy" => strength += a * (2.0 * (at.moment.direction - b * PI / 180.0)).cos(),
+            "normal_relaxation" => stiffness -= a * (1.0 - fade(at.moment.contact_s / b)),
+            "contact_ageing" => strength += a * (1.0 + p.dwell_s / b).ln() * fade(at.moment.path_mm / c),
+            "static_peak" => strength += a * fade(at.moment.path_mm / b),
+            "occlusion_growth" => strength += a * (1.0 - fade(at.moment.occlusion_s / b)),
             "adhesion" => to.adhesion_n += a,
             "depth_zero_offset" => to.depth_mm += a,
             "tare_bias" => {
@@ -134,21 +118,21 @@ impl Effect {
                 to.cross[0] += a;
                 to.cross[1] += a * b;
             }
-            "stiffness_drift" => stiffness += a * at.t_s / 3600.0,
+            "stiffness_drift" => stiffness += a * at.moment.t_s / 3600.0,
             "subject_size" => stiffness *= (p.width_mm / 16.0).powf(a),
-            "strain_stiffening" if at.depth_mm > 0.0 => stiffness *= (a * (at.depth_mm - 0.8)).exp(),
+            "strain_stiffening" if at.moment.depth_mm > 0.0 => stiffness *= (a * (at.moment.depth_mm - 0.8)).exp(),
             "temperature" => strength += a * (p.temperature_c - 32.0),
-            "periodic_texture" => strength += a * (TAU * at.position_mm[0] / b + c).sin(),
+            "periodic_texture" => strength += a * (TAU * at.moment.position_mm[0] / b + c).sin(),
             "patch" => {
-                let r2 = (at.position_mm[0] - b).powi(2) + (at.position_mm[1] - c).powi(2);
+                let r2 = (at.moment.position_mm[0] - b).powi(2) + (at.moment.position_mm[1] - c).powi(2);
                 strength += a * (-0.5 * r2 / 0.8).exp();
             }
-            "slow_clock" => stiffness += a * (TAU * at.t_s / b + c).sin(),
+            "slow_clock" => stiffness += a * (TAU * at.moment.t_s / b + c).sin(),
             "saturation" => strength *= 1.0 / (1.0 + a * (at.normal_n / 0.3).powi(3)),
-            "depth_speed_product" if at.speed_mm_s > 0.0 => {
-                strength += a * (at.speed_mm_s / 2.0).ln() * (at.depth_mm - 1.0);
+            "depth_speed_product" if at.moment.speed_mm_s > 0.0 => {
+                strength += a * (at.moment.speed_mm_s / 2.0).ln() * (at.moment.depth_mm - 1.0);
             }
-            "direction_harmonic" => strength += a * (3.0 * at.direction + b).cos(),
+            "direction_harmonic" => strength += a * (3.0 * at.moment.direction + b).cos(),
             _ => {}
         }
         to.strength *= f64::max(strength, 0.1);

@@ -4,9 +4,9 @@
 //! them and the nail is one spring for all. Pressure is a tilted, flattened bell; strength is a power of it.
 
 use super::Random;
-use super::effects::{At, Effect, Influence};
+use super::effects::Effect;
 use super::laboratory::Scatter;
-use super::protocol::Stroke;
+use super::protocol::{Moment, Stroke};
 use super::simulator::Simulator;
 
 /// Geometry and material of one finger.
@@ -234,8 +234,7 @@ impl Simulator for Finger {
                 turn += length;
             }
             let moving = length > 1e-9;
-            let at = At {
-                plan: &stroke.plan,
+            let moment = Moment {
                 t_s: row.t_s,
                 contact_s: row.contact_s,
                 occlusion_s: row.occlusion_s,
@@ -245,12 +244,8 @@ impl Simulator for Finger {
                 path_mm: path,
                 turn_mm: turn,
                 position_mm: row.slide_mm,
-                normal_n: self.normal(row.depth_mm.max(0.0)),
             };
-            let mut influence = Influence::default();
-            for effect in effects {
-                effect.act(&at, &mut influence);
-            }
+            let influence = moment.influence(stroke, effects, self.normal(row.depth_mm.max(0.0)));
             let depth_end =
                 if row.depth_mm > 0.0 { row.depth_mm + influence.depth_mm + scatter.depth_mm } else { row.depth_mm };
             let steps = ((depth_end - before.0).abs() / 0.1).ceil().max(length / 0.25).clamp(1.0, 14.0) as usize;
@@ -282,7 +277,7 @@ impl Simulator for Finger {
                 let share = if ceiling > 0.0 { force[0].hypot(force[1]) / ceiling } else { 0.0 };
                 normal = self.normal(depth_end) * stiff * (1.0 + self.heave * share * share) + self.lean * force[0]
                     - influence.adhesion_n * area.sqrt();
-                let drag = influence.drag_n_s_mm * at.speed_mm_s * area * (1.0 - (-turn / 0.2).exp());
+                let drag = influence.drag_n_s_mm * moment.speed_mm_s * area * (1.0 - (-turn / 0.2).exp());
                 force = [force[0] + drag * heading[0], force[1] + drag * heading[1]];
             }
             let b = influence.bias_n;

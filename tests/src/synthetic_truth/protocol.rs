@@ -80,19 +80,7 @@ pub struct Moment {
 impl Moment {
     /// What effects do at this moment, where the elastic load is `normal_n`.
     pub fn influence(&self, stroke: &Stroke, effects: &[Effect], normal_n: f64) -> Influence {
-        let at = At {
-            plan: &stroke.plan,
-            t_s: self.t_s,
-            contact_s: self.contact_s,
-            occlusion_s: self.occlusion_s,
-            depth_mm: self.depth_mm,
-            speed_mm_s: self.speed_mm_s,
-            direction: self.direction,
-            path_mm: self.path_mm,
-            turn_mm: self.turn_mm,
-            position_mm: self.position_mm,
-            normal_n,
-        };
+        let at = At { plan: &stroke.plan, moment: self, normal_n };
         let mut out = Influence::default();
         effects.iter().for_each(|e| e.act(&at, &mut out));
         out

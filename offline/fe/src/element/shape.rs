@@ -4,7 +4,7 @@
 pub const GAUSS_1D_2: f64 = 0.577_350_269_189_625_8;
 
 /// Corners of the reference hexahedron in VTK_HEXAHEDRON order.
-pub(super) const HEX_CORNERS: [[f64; 3]; 8] = [
+pub(crate) const HEX_CORNERS: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
     [1.0, 1.0, -1.0],

@@ -5,18 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Hex, Mesh, Region, Tet, Tet10};
-
-/// Corners of the reference hexahedron in VTK_HEXAHEDRON order.
-const CORNERS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
+use crate::element::HEX_CORNERS;
 
 /// Edges of a hexahedron.
 pub(super) const HEX_EDGES: [[usize; 2]; 12] =
@@ -172,7 +161,7 @@ fn region_entry(regions: &mut BTreeMap<Region, RegionQuality>, region: Region, s
 /// Jacobian of the trilinear map at a reference point.
 fn jacobian(corners: &[Vector3<f64>; 8], at: [f64; 3]) -> Matrix3<f64> {
     let mut columns = [Vector3::zeros(); 3];
-    for (position, corner) in corners.iter().zip(CORNERS) {
+    for (position, corner) in corners.iter().zip(HEX_CORNERS) {
         let factor = |c: usize| 0.5 * (1.0 + at[c] * corner[c]);
         for c in 0..3 {
             let weight = 0.5 * corner[c] * factor((c + 1) % 3) * factor((c + 2) % 3);
@@ -187,14 +176,14 @@ fn corners(mesh: &Mesh, hex: &Hex) -> [Vector3<f64>; 8] {
 }
 
 fn gauss_points() -> impl Iterator<Item = [f64; 3]> {
-    CORNERS.into_iter().map(|corner| corner.map(|c| c / 3f64.sqrt()))
+    HEX_CORNERS.into_iter().map(|corner| corner.map(|c| c / 3f64.sqrt()))
 }
 
 /// Least det J over the product of the lengths of its columns, over corners and 2x2x2 Gauss points; 0 where
 /// an edge has no length.
 pub(super) fn hex_scaled_jacobian(mesh: &Mesh, hex: &Hex) -> f64 {
     let corners = corners(mesh, hex);
-    CORNERS.into_iter().chain(gauss_points()).fold(1.0, |worst, at| {
+    HEX_CORNERS.into_iter().chain(gauss_points()).fold(1.0, |worst, at| {
         let j = jacobian(&corners, at);
         let lengths: f64 = j.column_iter().map(|c| c.norm()).product();
         let scaled = if lengths > 0.0 { j.determinant() / lengths } else { 0.0 };
