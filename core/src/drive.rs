@@ -98,7 +98,7 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// For a force out of reach (a normal force above that of the largest depth, friction above the limit) the result is the nearest state of
     /// the rounds, with [`Status::LOAD_NOT_REACHED`]. For a normal force of 0 or less the finger lifts off; for NaN it does not move.
     ///
-    /// Mostly two or three rounds; 2200 to 6100 instructions when driven by normal force, more when driven by normal
+    /// Mostly two or three rounds; 2200 to 6400 instructions when driven by normal force, more when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
     pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
         let mut motion = Motion {

@@ -18,7 +18,7 @@ pub(crate) struct Load<T> {
     /// N.
     pub(crate) normal: T,
     pub(crate) friction: [T; 2],
-    /// Contributions of the forces along x and y to the moment, over the stiffness, mm²; 0 without spin.
+    /// Contributions of the forces along x and y to the moment, over the stiffness, mm²; only with spin.
     pub(crate) moment: [T; 2],
     pub(crate) stick_ratio: T,
 }
@@ -52,30 +52,11 @@ pub(crate) fn step_springs<const M: usize, const N: usize, const P: usize, T: Sc
     Load { normal, friction, moment: bed.moment, stick_ratio: bed.stick_ratio }
 }
 
-/// Runs a block for every spring. For the four springs of the default model without spin the loop is unrolled, which saves
-/// its registers and counters.
-macro_rules! for_each_spring {
-    ($count:ident, $index:ident, $what:block) => {
-        if P == 1 && $count == 4 {
-            for_each_spring!($index, $what, 0, 1, 2, 3);
-        } else {
-            #[allow(clippy::needless_range_loop, reason = "the same block serves the unrolled springs")]
-            for $index in 0..$count $what
-        }
-    };
-    ($index:ident, $what:block, $($number:literal),*) => {
-        $({
-            let $index = $number;
-            $what
-        })*
-    };
-}
-
 /// Sums of the bed.
 struct BedLoad<T> {
     /// Sums over the springs.
     sums: Sums<T>,
-    /// Contributions of the forces along x and y to the moment, over the stiffness, mm²; 0 without spin.
+    /// Contributions of the forces along x and y to the moment, over the stiffness, mm²; only with spin.
     moment: [T; 2],
     stick_ratio: T,
 }
@@ -85,8 +66,8 @@ type Placed<T> = [T; 3];
 
 /// Moves every spring, returns slipping springs to their limit and stores their anchors.
 ///
-/// Anchors are stored on slip alone, so a contact at rest keeps its bits. The slipping area is computed after all springs without
-/// spin, which needs fewer registers at a time, and together with each pair with spin, which needs fewer stored numbers.
+/// Anchors are stored on slip alone, so a contact at rest keeps its bits. Without spin nobody reads the moment, and the compiler leaves
+/// it out.
 #[inline(always)]
 fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar>(
     anchors: &mut [[[T; 2]; P]; M],
@@ -100,42 +81,25 @@ fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar>(
     let (none, share) = (T::of(-0.0), T::of(1.0 / P as f32));
     let mut bed = BedLoad { sums: Sums::new(), moment: [none; 2], stick_ratio: T::of(1.0) };
     let mut levered = none;
-    let mut alone: [Placed<T>; M] = [[none; 3]; M];
-    for_each_spring!(M, j, {
-        let (pair, spring) = (&mut anchors[j], data.springs[j]);
+    for (j, (pair, spring)) in anchors.iter_mut().zip(&data.springs).enumerate() {
         let radius = at.row.radius[j].at(at.t) * at.radius;
         let mut slipping = none;
-        let (to, gone) = (spring_positions::<P, T>(here, &spring), spring_positions::<P, T>(slip_path.0, &spring));
+        let (to, gone) = (spring_positions::<P, T>(here, spring), spring_positions::<P, T>(slip_path.0, spring));
         for (k, anchor) in pair.iter_mut().enumerate() {
             let ([ux, uy], placed) = move_spring(anchor, to[k], &limit, radius);
             let [along, bent, across] = bed.sums.add(spring.stiffness, [ux, uy]);
-            if P == 1 {
-                alone[j] = placed;
-            } else {
-                slipping += slip_of(&limit, radius, gone[k], placed, spring.sharpness);
-                let (x, [arm_x, arm_y]) = (spring.centre_mm, spring.arm_mm);
-                let lever = if k == 0 { [x + arm_x, arm_y] } else { [x - arm_x, -arm_y] };
-                bed.moment[0] += lever[1] * along;
-                bed.moment[1] += lever[0] * across;
-                levered += lever[1] * bent;
-            }
+            slipping += slip_of(&limit, radius, gone[k], placed, spring.sharpness);
+            let (x, [arm_x, arm_y]) = (spring.centre_mm, spring.arm_mm);
+            let lever = if k == 0 { [x + arm_x, arm_y] } else { [x - arm_x, -arm_y] };
+            bed.moment[0] += lever[1] * along;
+            bed.moment[1] += lever[0] * across;
+            levered += lever[1] * bent;
         }
-        if P > 1 {
-            bed.stick_ratio -= at.row.area_share[j].at(at.t) * (share * slipping);
-        }
-    });
-    if P == 1 {
-        let [x, y, _] = slip_path.0;
-        for_each_spring!(M, j, {
-            let radius = at.row.radius[j].at(at.t) * at.radius;
-            let slipping = slip_of(&limit, radius, [x, y], alone[j], data.springs[j].sharpness);
-            bed.stick_ratio -= at.row.area_share[j].at(at.t) * slipping;
-        });
-    } else {
-        // Each spring of a pair has half of the stiffness.
-        bed.sums = bed.sums.times(share);
-        bed.moment = [share * (bed.moment[0] - odd.0 * levered), share * bed.moment[1]];
+        bed.stick_ratio -= at.row.area_share[j].at(at.t) * (share * slipping);
     }
+    // Each spring of a pair has half of the stiffness.
+    bed.sums = bed.sums.times(share);
+    bed.moment = [share * (bed.moment[0] - odd.0 * levered), share * bed.moment[1]];
     let slip_lead = data.slip_lead[0] + data.slip_lead[1] * at.cells;
     bed.stick_ratio = directional_correction(bed.stick_ratio.not_negative(), slip_lead, slip_path);
     bed
