@@ -136,39 +136,6 @@ mod tests {
     use crate::build::Params;
     use crate::{State, step};
 
-    /// A batch gives the bits of steps one by one; slices of another length are refused and nothing moves.
-    #[test]
-    fn a_batch_is_its_contacts_one_by_one() {
-        const COUNT: usize = 64;
-        let data = Params::example().try_build().unwrap();
-        let model = data.model().unwrap();
-        let mut states = [State::default(); COUNT];
-        let mut alone = states;
-        let (mut numbers, mut regime, mut status) =
-            ([[0.0f32; COUNT]; 6], [Regime::NoContact; COUNT], [Status::OK; COUNT]);
-        for k in 0..200 {
-            let depth: [f32; COUNT] = core::array::from_fn(|i| 0.03 * i as f32 + if k % 7 < 3 { 0.01 } else { 0.0 });
-            let x: [f32; COUNT] = core::array::from_fn(|i| if (k + i) % 50 < 30 { 0.02 } else { -0.03 });
-            let y = [0.004; COUNT];
-            let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad: &[], dt_s: 1e-3 };
-            let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
-            let short = Motions { slide_x_mm: &x[1..], ..motions };
-            let refused = model.step_batch(&mut states, short, &mut forces);
-            assert_eq!(refused, Err(BatchLength { expected: COUNT, found: COUNT - 1 }));
-            model.step_batch(&mut states, motions, &mut forces).unwrap();
-            for i in 0..COUNT {
-                let slide_increment_mm = [x[i], y[i]];
-                let motion = Motion { depth_mm: depth[i], slide_increment_mm, spin_increment_rad: 0.0, dt_s: 1e-3 };
-                let r = step(&model, &mut alone[i], motion);
-                let found = numbers.map(|n| n[i]);
-                let [fx, fy] = r.friction_n;
-                assert_eq!(found, [r.normal_force_n, fx, fy, r.spin_moment_n_mm, r.slip_margin, r.stick_ratio]);
-                assert_eq!((regime[i], status[i]), (r.regime, r.status));
-            }
-        }
-        assert_eq!(states, alone);
-    }
-
     /// A state with a value that is not a number is reset, as in a single step; the contacts beside it are unaffected.
     #[test]
     fn a_broken_memory_stays_alone() {

@@ -17,9 +17,6 @@ mod library;
 mod step;
 mod surroundings;
 pub mod tables;
-#[cfg(test)]
-mod tests;
-
 pub use change::{Change, LEAST_FACTOR, REFERENCE_AREA_MM2};
 pub use conditions::{Conditions, OWN};
 pub use contact::Contact;

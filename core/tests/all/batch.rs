@@ -1,7 +1,7 @@
-//! Many contacts at once: the bits of one by one, on calm and on disturbed motions.
+//! Many contacts at once: the bits of one by one, on calm and on disturbed motions; slices of another length are refused and nothing moves.
 
 use crate::common::{Noise, models};
-use fingerpad::host::{Forces, Motions};
+use fingerpad::host::{BatchLength, Forces, Motions};
 use fingerpad::{ModelOf, Motion, Regime, StateOf, Status, Tuning, step};
 
 const COUNT: usize = 29;
@@ -48,6 +48,9 @@ fn compare<const P: usize>(model: &ModelOf<'_, 4, 37>, disturbed: bool) {
         let spin_rad: &[f32] = if P == 1 { &[] } else { &spin };
         let motions = Motions { depth_mm: &depth, slide_x_mm: &x, slide_y_mm: &y, spin_rad, dt_s: 1e-3 };
         let mut forces = Forces::of(numbers.each_mut().map(|of_kind| &mut of_kind[..]), &mut regime, &mut status);
+        let short = Motions { slide_x_mm: &x[1..], ..motions };
+        let refused = model.step_batch(&mut together, short, &mut forces);
+        assert_eq!(refused, Err(BatchLength { expected: COUNT, found: COUNT - 1 }));
         model.step_batch(&mut together, motions, &mut forces).unwrap();
         for i in 0..COUNT {
             let spin_increment_rad = if P == 1 { 0.0 } else { spin[i] };

@@ -5,7 +5,9 @@ mod calibration;
 #[path = "../common/mod.rs"]
 mod common;
 mod control_loop;
+mod effect_steps;
 mod effects;
+mod events;
 mod file;
 mod held_load;
 mod pads;
@@ -13,4 +15,5 @@ mod properties;
 mod recipe;
 mod requests;
 mod step_length;
+mod stick_ratio;
 mod watch;

@@ -1,8 +1,7 @@
 //! Steps with effects against plain ones and the numbers of `data/law-vectors.csv`.
 
-use super::{Contact, Effects, Surroundings};
-use crate::build::{EffectSlot, Params};
-use crate::{Motion, Response, SPRINGS, State, step};
+use fingerpad::build::{EffectSlot, Params};
+use fingerpad::{Contact, Effects, Motion, Response, SPRINGS, State, Surroundings, Tuning, step};
 
 fn run(slots: &[EffectSlot], surroundings: Surroundings) -> [Response; 2] {
     let data = Params::example().try_build().unwrap();
@@ -108,9 +107,9 @@ fn the_sensors_laws_are_in_its_readings_alone() {
 fn the_callers_strength_and_tuning_stay() {
     let data = Params::example().try_build().unwrap();
     let model = data.model().unwrap();
-    let tuning = crate::Tuning { size: 1.1, stiffness: 1.5, lambda: 1.2 };
+    let tuning = Tuning { size: 1.1, stiffness: 1.5, lambda: 1.2 };
     let tuned = model.tuned(tuning).unwrap();
-    let softened = model.tuned(crate::Tuning { stiffness: 1.5 * 0.8, ..tuning }).unwrap();
+    let softened = model.tuned(Tuning { stiffness: 1.5 * 0.8, ..tuning }).unwrap();
     let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };
     // Relaxed to 0.8 within a millisecond, and 0.91 of the strength for the cold.
     let slots = [slot(6, 0.2, 1e-5), slot(17, 0.03, 0.0)];
