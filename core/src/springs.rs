@@ -66,7 +66,7 @@ type Placed<T> = [T; 3];
 
 /// Moves every spring, returns slipping springs to their limit and stores their anchors.
 ///
-/// Anchors are stored on slip alone, so a contact at rest keeps its bits. Without spin nobody reads the moment, and the compiler leaves
+/// Anchors are stored on slip alone, so a contact at rest keeps its bits. Without spin the moment is not read, and the compiler leaves
 /// it out.
 #[inline(always)]
 fn move_springs<const M: usize, const N: usize, const P: usize, T: Scalar>(
