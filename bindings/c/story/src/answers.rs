@@ -212,10 +212,9 @@ pub fn forces(r: &Response) -> String {
 
 fn forces_alone(r: &ForceResponse) -> String {
     let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
-    let limits = [r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm];
-    let numbers =
-        words(&[r.normal_force_n, x, y]) + &words(&limits) + &words(&[centre_x, centre_y, r.contact_area_mm2]);
-    format!("{numbers} {:x}", r.status.0)
+    let (limit, margin, moment) = (r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm);
+    let numbers = [r.normal_force_n, x, y, limit, margin, moment, centre_x, centre_y, r.contact_area_mm2];
+    format!("{} {:x}", words(&numbers), r.status.0)
 }
 
 fn moved(motion: &Motion) -> String {
