@@ -11,8 +11,9 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::thumb::tools::{C_LIBRARY, cargo_command};
-use crate::{c_release, c_test, fmu_test, mujoco, root, run, wheel};
+use crate::shell::{command, root, run};
+use crate::thumb::tools::C_LIBRARY;
+use crate::{binding, c, fmu};
 
 const MODEL: &str = "data/models/fingertip.fpm";
 /// Paths, and their names in the table.
@@ -39,7 +40,7 @@ pub fn main() -> Result<()> {
     let folder = tempfile::tempdir()?;
     let setup = Setup { folder: folder.path().to_owned(), model: fs::canonicalize(root().join(MODEL))? };
     run(rust("paths", &setup).arg(&setup.folder))?;
-    let (_python, python) = wheel::bench_path(&setup.model)?;
+    let python = binding::bench_path(&setup.model)?;
     let mut rows = vec![
         Row::over_paths("Rust", || Ok(rust("one", &setup)))?,
         Row::over_paths("Rust, batch of 4096", || Ok(rust("batch", &setup)))?,
@@ -68,7 +69,7 @@ impl Row {
 
     /// A held object; shaken where the path would be disturbed.
     fn held(name: &'static str, contact: &str) -> Result<Self> {
-        let still = mujoco::contact_ns(contact)?;
+        let still = binding::contact_ns(contact)?;
         let mut shaken = again(&still);
         shaken.arg("--shaken");
         Ok(Self { name, commands: [still, shaken], least_ns: [[None; 2]; 2] })
@@ -107,21 +108,17 @@ fn again(command: &Command) -> Command {
 
 /// Rust's program, which also writes the paths.
 fn rust(what: &str, setup: &Setup) -> Command {
-    let mut cargo = cargo_command();
-    cargo.current_dir(root().join(C_LIBRARY)).args(["run", "--quiet", "--release", "--package", "fingerpad-story"]);
-    cargo.args(["--bin", "bench", "--", what]).arg(&setup.model);
+    let mut cargo =
+        command(C_LIBRARY, &format!("cargo run --quiet --release --package fingerpad-story --bin bench -- {what}"));
+    cargo.arg(&setup.model);
     cargo
 }
 
 fn c(setup: &Setup) -> Result<Command> {
-    c_test::prepare()?;
-    let release = setup.folder.join("fingerpad-c");
-    c_release::release(&release)?;
-    let (source, program) = (root().join(C_LIBRARY).join("consumer"), setup.folder.join("c"));
-    let mut gcc = Command::new("gcc");
-    gcc.args(["-std=c99", "-O2", "-I"]).arg(release.join("include")).arg(source.join("bench.c"));
-    gcc.arg(release.join("lib/fingerpad").join(c_release::host()?).join("libfingerpad.a"));
-    run(gcc.arg("-o").arg(&program))?;
+    c::prepare()?;
+    let program = setup.folder.join("c");
+    let mut gcc = command(C_LIBRARY, "gcc -std=c99 -O2 -I. consumer/bench.c -o");
+    run(gcc.arg(&program).arg(c::library()?).arg("-lm"))?;
     let mut command = Command::new(program);
     command.arg(&setup.model);
     Ok(command)
@@ -129,11 +126,10 @@ fn c(setup: &Setup) -> Result<Command> {
 
 fn fmu(setup: &Setup) -> Result<Command> {
     let (fmu, program) = (setup.folder.join("finger.fmu"), setup.folder.join("fmu"));
-    fmu_test::export(&setup.model, &fmu)?;
-    let unpacked = fmu_test::unpack(Path::new("python3"), &fmu, &setup.folder.join("unpacked"))?;
-    let mut gcc = Command::new("gcc");
-    gcc.args(["-std=c99", "-O2", "-I"]).arg(root().join("bindings/fmu/fmi"));
-    run(gcc.arg(root().join(fmu_test::CHECKS).join("bench.c")).args(["-ldl", "-o"]).arg(&program))?;
+    fmu::export("fmu", &setup.model, &fmu)?;
+    let unpacked = fmu::unpack(Path::new("python3"), &fmu, &setup.folder.join("unpacked"))?;
+    let gcc = format!("gcc -std=c99 -O2 -I bindings/fmu/fmi {}/bench.c -ldl -o", fmu::CHECKS);
+    run(command(".", &gcc).arg(&program))?;
     let description = fs::read_to_string(unpacked.join("modelDescription.xml"))?;
     let token = description.split("instantiationToken=\"").nth(1).and_then(|rest| rest.split('"').next());
     let platform = fs::read_dir(unpacked.join("binaries"))?.next().context("an FMU without binaries")??.path();

@@ -1,20 +1,20 @@
-//! The book: the pages of `docs/SUMMARY.md` as a static site, and a check of its links.
+//! The book: the pages of `docs/SUMMARY.md` as a static site. A test of the program checks the links between pages and their anchors.
 //!
 //! mdBook renders the pages in the folders that they have in the repository, so that links between them stay as they
 //! are. A page may also link to a file that is no page (a header, a notebook, a picture); the book has a copy of it.
 //!
-//! Main functions: [`main`], [`build`], [`test()`]. Uses `web` for Chromium and `install` to print commands.
+//! Main functions: [`main`], [`build`], [`test()`]. Uses `web` for Chromium and `install` for mdBook.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
-use std::process::Command;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 
-use crate::{install, root, run, web};
+use crate::shell::{at_root, root, run};
+use crate::{install, web};
 
-/// Version of mdBook, which `cargo install` compiles into `target/book-tools`.
+/// Version of mdBook.
 const VERSION: &str = "0.5.4";
 /// The table of contents, from the repository's root.
 const SUMMARY: &str = "docs/SUMMARY.md";
@@ -67,9 +67,7 @@ pub fn main(args: &Args) -> Result<()> {
         web::book(&site, Some(folder))?;
     }
     if let Some(port) = args.serve {
-        let mut server = Command::new("python3");
-        server.args(["-m", "http.server", "--bind", "127.0.0.1", &port.to_string(), "--directory"]).arg(&site);
-        run(&mut server)?;
+        run(at_root("python3").args(["-m", "http.server", "--bind", "127.0.0.1"]).arg(port.to_string()).arg("--directory").arg(&site))?;
     }
     Ok(())
 }
@@ -79,41 +77,24 @@ pub fn test() -> Result<()> {
     web::book(&build()?, None)
 }
 
-/// Builds the book and checks its links. Returns the folder of the site.
+/// Builds the book. Returns the folder of the site.
 ///
 /// # Errors
-/// A page that the table of contents lacks, a link or picture that leads nowhere, or a failure of mdBook.
+/// A page that the table of contents lacks, a linked file that does not exist, or a failure of mdBook.
 pub fn build() -> Result<PathBuf> {
-    let root = root().canonicalize()?;
+    let root = root();
     let folder = root.join("target/book");
-    let mdbook = mdbook(&root)?;
+    let mdbook = install::crate_program("mdbook", VERSION, "--no-default-features --features search")?;
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
     }
     let pages = stage(&root, &folder.join("src"))?;
     fs::write(folder.join("book.toml"), SETTINGS)?;
     fs::write(folder.join("book.css"), STYLE)?;
-    run(Command::new(mdbook).arg("build").arg(&folder))?;
+    run(at_root(mdbook).arg("build").arg(&folder))?;
     let site = folder.join("html");
-    let broken = broken_links(&site)?;
-    ensure!(broken.is_empty(), "{} links lead nowhere:\n{}", broken.len(), broken.join("\n"));
-    println!("{pages} pages, all links checked: {}", site.join("index.html").display());
+    println!("{pages} pages: {}", site.join("index.html").display());
     Ok(site)
-}
-
-/// The program mdBook, installed if it is not there in this version; without optimisation, which makes compiling it twice as fast.
-fn mdbook(root: &Path) -> Result<PathBuf> {
-    let folder = root.join("target/book-tools");
-    let program = folder.join("bin/mdbook");
-    let version = Command::new(&program).arg("--version").output();
-    if version.is_ok_and(|out| String::from_utf8_lossy(&out.stdout).trim() == format!("mdbook v{VERSION}")) {
-        return Ok(program);
-    }
-    install::say(&format!("mdBook {VERSION} is compiled once, which takes a minute or two"));
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.current_dir(root).args(["install", "mdbook", "--version", VERSION, "--locked", "--force", "--debug"]);
-    run(cargo.args(["--no-default-features", "--features", "search", "--root"]).arg(&folder))?;
-    Ok(program)
 }
 
 /// Copies the pages of the table of contents and the files that they link to below `source`. Returns the number of pages.
@@ -178,92 +159,9 @@ fn resolve(page: &Path, link: &str) -> Option<PathBuf> {
     Some(to)
 }
 
-/// Links and pictures of a site whose file or anchor does not exist, as `page: link`.
-///
-/// # Errors
-/// A folder that cannot be read or that has no page.
-fn broken_links(site: &Path) -> Result<Vec<String>> {
-    let mut files = Vec::new();
-    files_below(site, &mut files)?;
-    let mut pages = BTreeMap::new();
-    for file in files.iter().filter(|file| file.extension().is_some_and(|extension| extension == "html")) {
-        pages.insert(file.strip_prefix(site)?.to_owned(), fs::read_to_string(file)?);
-    }
-    // Served for any address, with links of its own kind.
-    pages.remove(Path::new("404.html"));
-    ensure!(!pages.is_empty(), "{} has no page", site.display());
-    let anchors: BTreeMap<&PathBuf, BTreeSet<&str>> =
-        pages.iter().map(|(page, text)| (page, attributes(text, "id").collect())).collect();
-    let mut broken = Vec::new();
-    for (page, text) in &pages {
-        for link in attributes(text, "href").chain(attributes(text, "src")) {
-            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
-            if link.contains(':') || link.starts_with("//") {
-                continue;
-            }
-            let target = if file.is_empty() { Some(page.clone()) } else { resolve(page, file) };
-            let there = target.is_some_and(|target| match anchors.get(&target) {
-                Some(anchors) => anchor.is_empty() || anchors.contains(anchor),
-                None => anchor.is_empty() && site.join(target).is_file(),
-            });
-            if !there {
-                broken.push(format!("{}: {link}", page.display()));
-            }
-        }
-    }
-    Ok(broken)
-}
-
-/// Values of an attribute of a page's elements; text has no quotation mark after an equals sign without a space before.
-fn attributes<'a>(html: &'a str, name: &str) -> impl Iterator<Item = &'a str> {
-    let start = format!(" {name}=\"");
-    let mut rest = html;
-    std::iter::from_fn(move || {
-        let value = &rest[rest.find(&start)? + start.len()..];
-        let end = value.find('"')?;
-        rest = &value[end..];
-        Some(&value[..end])
-    })
-}
-
-fn files_below(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
-    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        if path.is_dir() {
-            files_below(&path, found)?;
-        } else if path.is_file() {
-            found.push(path);
-        } else {
-            bail!("{} is neither a file nor a folder", path.display());
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn links_that_lead_nowhere_are_found() {
-        let site = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| {
-            let file = site.path().join(name);
-            fs::create_dir_all(file.parent().unwrap()).unwrap();
-            fs::write(file, text).unwrap();
-        };
-        write("index.html", r##"<a href="docs/a.html#top"></a><a href="#here"></a><h1 id="here"></h1>"##);
-        write("docs/a.html", r#"<h1 id="top"></h1><a href="../index.html"></a><img alt="a" src="b.png">"#);
-        write("docs/b.png", "");
-        assert_eq!(broken_links(site.path()).unwrap(), Vec::<String>::new());
-        write(
-            "docs/c.html",
-            r##"<a href="a.html#bottom"></a><a href="#top"></a><img src="c.png"><a href="../../x"></a>"##,
-        );
-        let broken = broken_links(site.path()).unwrap();
-        let wanted = ["a.html#bottom", "#top", "../../x", "c.png"];
-        assert_eq!(broken, wanted.map(|link| format!("docs/c.html: {link}")));
-    }
 
     #[test]
     fn a_page_takes_along_the_files_that_it_links_to() {

@@ -1,64 +1,40 @@
 //! The published crates: packed, unpacked in a workspace of their own, checked and tested there.
 //!
-//! Main functions: [`test()`] (every file in place, everything compiles, the core's tests) and [`verify()`] (the tests of all).
+//! Main functions: [`test()`] (every file in place, everything compiles), [`tests()`] (their tests), [`pack`].
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use flate2::read::GzDecoder;
 use toml::{Table, Value};
 
-use crate::{cargo, root, run, wheel};
+use crate::shell::{command, root, run, sh};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 const CORE: &str = "fingerpad";
-/// The packages that are not published.
-const PRIVATE: [&str; 4] = ["--exclude", "fingerpad-tests", "--exclude", "xtask"];
 /// Files of every package besides its sources.
 const FILES: [&str; 5] = ["Cargo.lock", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 /// Further files of the core's package.
 const CORE_FILES: [&str; 4] =
     ["docs/fpm-format.md", "docs/add-an-effect.md", "tests/data/fingertip.fpm", "tests/data/law-vectors.csv"];
-/// Recipe of the conda packages.
-const RECIPE: &str = "bindings/conda/recipe.yaml";
 /// Size limit of a registry, in bytes.
 const MOST: u64 = 10 << 20;
 
-/// Packs all, compiles all with their tests from the packages, and runs those of the core in a folder outside this repository.
+/// Packs all, and compiles all with their tests from the packages.
 pub fn test() -> Result<()> {
-    check_recipe()?;
-    let workspace = unpack()?;
-    // The profile of Clippy's step, so that its checks of third-party crates are reused.
-    run(cargo_in(&workspace).args(["check", "--workspace", "--all-targets"]))?;
-    let folder = tempfile::tempdir()?;
-    unpack_crate(CORE, folder.path())?;
-    run(cargo_in(&folder.path().join(folder_of(CORE)))
-        .env("CARGO_TARGET_DIR", root().join("target/package/tests"))
-        .args(["test", "--release", "--locked", "--features", "serde,std"]))
+    in_packages("cargo check --profile gate --workspace --all-targets")
 }
 
 /// Runs the tests of all packages from their packed archives.
-pub fn verify() -> Result<()> {
-    run(cargo_in(&unpack()?).args(["test", "--release", "--workspace"]))
+pub fn tests() -> Result<()> {
+    in_packages("cargo test --profile gate --workspace")
 }
 
-/// The conda recipe must state version, licence and Rust version of the workspace, and build with the command of the wheels.
-pub fn check_recipe() -> Result<()> {
-    let recipe = fs::read_to_string(root().join(RECIPE)).context(RECIPE)?;
-    let manifest = workspace_manifest()?;
-    let stated = |key: &str| manifest["workspace"]["package"][key].as_str().with_context(|| format!("no {key}"));
-    for line in [
-        format!("version: \"{VERSION}\""),
-        format!("license: {}", stated("license")?),
-        format!("- rust >={}", stated("rust-version")?),
-        format!("- maturin {} --out wheels", wheel::BUILD.join(" ")),
-        format!("RUSTFLAGS: {}", wheel::FLAGS),
-    ] {
-        ensure!(recipe.lines().any(|there| there.trim() == line), "{RECIPE}: no line `{line}`");
-    }
-    Ok(())
+fn in_packages(line: &str) -> Result<()> {
+    let workspace = unpack()?;
+    // The packages of the workspace share this build of third-party crates.
+    run(command(&workspace, line).env("CARGO_TARGET_DIR", root().join("target")))
 }
 
 /// Packs all into a folder.
@@ -74,8 +50,7 @@ pub fn pack(out: &Path) -> Result<()> {
 
 /// The archives of all packages in `target/package`; nothing is compiled.
 fn pack_all() -> Result<()> {
-    let pack = ["package", "--workspace", "--allow-dirty", "--no-verify"];
-    cargo(&[&pack[..], &PRIVATE[..]].concat(), &[])
+    sh(".", "cargo package --workspace --allow-dirty --no-verify --exclude fingerpad-tests --exclude xtask")
 }
 
 /// Packs all and unpacks them into one workspace, in which each is taken by the others from its package.
@@ -88,8 +63,19 @@ fn unpack() -> Result<PathBuf> {
     fs::create_dir_all(&workspace)?;
     let names = published()?;
     for name in &names {
-        unpack_crate(name, &workspace)?;
-        check_files(name, &workspace)?;
+        let packed = root().join("target/package").join(format!("{}.crate", folder_of(name)));
+        let file = File::open(&packed).with_context(|| packed.display().to_string())?;
+        let bytes = file.metadata()?.len();
+        ensure!(bytes <= MOST, "{}: {bytes} bytes, and a registry takes {MOST}", packed.display());
+        let mut archive = tar::Archive::new(GzDecoder::new(file));
+        // Every package has the same date in its files; cargo would reuse its build of an earlier one.
+        archive.set_preserve_mtime(false);
+        archive.unpack(&workspace)?;
+        for file in FILES.iter().chain(if name == CORE { &CORE_FILES[..] } else { &[] }) {
+            let there = fs::symlink_metadata(workspace.join(folder_of(name)).join(file));
+            let there = there.is_ok_and(|meta| meta.is_file() && meta.len() > 0);
+            ensure!(there, "the package {name} has no file {file}, or an empty one");
+        }
     }
     fs::write(workspace.join("Cargo.toml"), toml::to_string(&manifest(&names)?)?)?;
     fs::copy(root().join("Cargo.lock"), workspace.join("Cargo.lock"))?;
@@ -125,34 +111,4 @@ fn manifest(names: &[String]) -> Result<Table> {
 
 fn folder_of(name: &str) -> String {
     format!("{name}-{VERSION}")
-}
-
-fn unpack_crate(name: &str, to: &Path) -> Result<()> {
-    let packed = root().join("target/package").join(format!("{}.crate", folder_of(name)));
-    let file = File::open(&packed).with_context(|| packed.display().to_string())?;
-    let bytes = file.metadata()?.len();
-    ensure!(bytes <= MOST, "{}: {bytes} bytes, and a registry takes {MOST}", packed.display());
-    let mut archive = tar::Archive::new(GzDecoder::new(file));
-    // Every package has the same date in its files; cargo would reuse its build of an earlier one.
-    archive.set_preserve_mtime(false);
-    Ok(archive.unpack(to)?)
-}
-
-fn check_files(name: &str, workspace: &Path) -> Result<()> {
-    let more = if name == CORE { &CORE_FILES[..] } else { &[] };
-    for file in FILES.iter().chain(more) {
-        let there = fs::symlink_metadata(workspace.join(folder_of(name)).join(file));
-        ensure!(
-            there.is_ok_and(|meta| meta.is_file() && meta.len() > 0),
-            "the package {name} has no file {file}, or an empty one"
-        );
-    }
-    Ok(())
-}
-
-fn cargo_in(folder: &Path) -> Command {
-    let mut cargo = Command::new(env!("CARGO"));
-    // The packages of the workspace share this build of third-party crates.
-    cargo.current_dir(folder).env("CARGO_TARGET_DIR", root().join("target"));
-    cargo
 }

@@ -1,14 +1,14 @@
-//! All packages of a release in one folder, for a person to upload: crates, Python wheels, the npm package, the C library.
+//! All packages of a first release in one folder, for a person to upload: crates, Python wheels, the npm package, the C library.
 //!
-//! Main function: [`main`]. Uses `package`, `wheel`, `web` and `c_release`.
+//! Main function: [`main`]. Uses `package`, `binding`, `web` and `c`.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::{c_release, package, root, run, web, wheel};
+use crate::shell::{command, root, run};
+use crate::{binding, c, package, web};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Files that state the version, and the words before it.
@@ -30,49 +30,25 @@ pub struct Args {
 /// Entry of the chore.
 pub fn main(args: &Args) -> Result<()> {
     let out = std::path::absolute(&args.out)?;
-    ensure!(!out.exists(), "{} is there already", out.display());
-    check_version()?;
-    package::pack(&out.join("crates"))?;
-    wheel::release(&out.join("python"))?;
-    let npm = out.join("npm");
-    fs::create_dir_all(&npm)?;
-    run(Command::new("npm").args(["pack", "--pack-destination"]).arg(&npm).arg(web::npm_package()?))?;
-    c_release::release(&out.join(format!("fingerpad-c-{VERSION}")))?;
-    list(&out)
-}
-
-/// Every file that states the version must state this one.
-fn check_version() -> Result<()> {
+    ensure!(!out.exists(), "{} exists already", out.display());
     for (file, before) in STATED {
         let text = fs::read_to_string(root().join(file)).with_context(|| file.to_owned())?;
-        ensure!(
-            text.contains(&format!("{before}{VERSION}")),
-            "{file}: no `{before}{VERSION}`, the version in Cargo.toml"
-        );
+        let stated = format!("{before}{VERSION}");
+        ensure!(text.contains(&stated), "{file}: no `{stated}`, the version in Cargo.toml");
     }
-    package::check_recipe()?;
-    let changes = fs::read_to_string(root().join("CHANGELOG.md"))?;
-    if changes.contains(&format!("## {VERSION}, not yet published")) {
-        println!("note: CHANGELOG.md has no date for {VERSION} yet");
-    }
-    Ok(())
-}
-
-/// Prints what was made, with sizes.
-fn list(out: &Path) -> Result<()> {
-    let mut entries: Vec<PathBuf> = Vec::new();
-    for folder in ["crates", "python", "npm"] {
+    package::pack(&out.join("crates"))?;
+    binding::release(&out.join("python"))?;
+    fs::create_dir_all(out.join("npm"))?;
+    let npm = web::build()?;
+    run(command(".", "npm pack --pack-destination").arg(out.join("npm")).arg(npm))?;
+    c::release(&out.join(format!("fingerpad-c-{VERSION}")))?;
+    for folder in ["crates", "python", "npm", ""] {
         for entry in fs::read_dir(out.join(folder))? {
-            entries.push(entry?.path());
+            let entry = entry?.path();
+            let bytes = if entry.is_dir() { c::size(&entry)? } else { entry.metadata()?.len() };
+            println!("{:>10.3} MB  {}", bytes as f64 / 1e6, entry.strip_prefix(&out).unwrap_or(&entry).display());
         }
     }
-    entries.push(out.join(format!("fingerpad-c-{VERSION}")));
-    entries.sort();
-    for entry in &entries {
-        let bytes = if entry.is_dir() { c_release::size(entry)? } else { entry.metadata()?.len() };
-        let name = entry.strip_prefix(out).unwrap_or(entry);
-        println!("{:>10.3} MB  {}", bytes as f64 / 1e6, name.display());
-    }
-    println!("{}: {} packages; the steps that upload them are in CONTRIBUTING.md", out.display(), entries.len());
+    println!("{}: the steps that upload it are in CONTRIBUTING.md", out.display());
     Ok(())
 }

@@ -8,15 +8,16 @@ pub mod tools;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus};
+use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Subcommand;
 
-use crate::{install, root};
+use crate::install;
+use crate::shell::{command, output, refusal, root, run};
 use elf::Elf;
-use tools::{C_LIBRARY, FIRMWARE, Route, TARGET, Tools, cargo_command, qemu};
+use tools::{C_LIBRARY, FIRMWARE, Route, TARGET, Tools, qemu};
 
 /// The shipped model, which the firmware holds, from the repository's root.
 const MODEL: &str = "data/models/fingertip.fpm";
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Route::Auto)]
     route: Route,
     #[command(subcommand)]
-    action: Option<Action>,
+    action: Action,
 }
 
 /// Actions on the firmware.
@@ -45,10 +46,6 @@ pub enum Action {
         /// Name of the binary
         bin: String,
     },
-    /// Clippy of the firmware and of the C library
-    Clippy,
-    /// The example programs under QEMU; each must end with status 0
-    Programs,
     /// Instructions per call within their bounds: this library and common alternatives
     Count {
         /// The same calls, without bounds, by a compiler that is tuned to the processor and for processors without FPU
@@ -59,76 +56,82 @@ pub enum Action {
     CountPad,
     /// Symbols, stack and sizes of the core-only binary, with positive controls
     Check,
-    /// The same symbols for other processors: Cortex-M0+, M3 and M33, the C library for RISC-V
-    Other,
     /// Host and target give the same bits over a million steps, and over strokes of a corrected model with its effects
     Golden,
-    /// The C library, its header and a C program that prints the documented vectors, with and without FPU
-    C,
-    /// All of these (the default)
-    All,
 }
 
 /// Cortex-M with and without FPU, and their flags of gcc.
-const C_TARGETS: [(&str, &[&str]); 2] = [
-    (TARGET, &["-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]),
-    ("thumbv6m-none-eabi", &["-mcpu=cortex-m0", "-mfloat-abi=soft"]),
+const C_TARGETS: [(&str, &str); 2] = [
+    (TARGET, "-mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16"),
+    ("thumbv6m-none-eabi", "-mcpu=cortex-m0 -mfloat-abi=soft"),
 ];
 /// A target without FPU and of another family.
 const RISCV: &str = "riscv32imc-unknown-none-elf";
-/// The gate's count.
-pub const COUNT: Action = Action::Count { processors: false };
 /// Other processors whose instructions are counted: a name, the target, flags of the compiler.
 const OTHER_PROCESSORS: [(&str, &str, Option<&str>); 3] = [
     ("-C target-cpu=cortex-m4", TARGET, Some("-C target-cpu=cortex-m4")),
     ("Cortex-M3, without FPU", "thumbv7m-none-eabi", None),
     ("Cortex-M0+, without FPU and division", "thumbv6m-none-eabi", None),
 ];
-/// Firmware programs that must end with status 0.
+/// Firmware programs that must end with status 0; the first one is in the gate.
 const PROGRAMS: [&str; 6] = ["control", "hold", "calibrate", "pivot", "hand", "tasks"];
 /// Other targets without operating system for which the core-only binary must link without panics.
 const OTHER_TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv8m.main-none-eabihf"];
 
 /// Entry of the chore.
 pub fn main(args: &Args) -> Result<()> {
-    Tools::prepare(args.route)?.act(args.action.as_ref().unwrap_or(&Action::All))
+    let tools = Tools::prepare(args.route)?;
+    match &args.action {
+        Action::Prepare => Ok(()),
+        Action::Run { bin } => tools.run(bin),
+        Action::Count { processors: false } => tools.count(),
+        Action::Count { processors: true } => OTHER_PROCESSORS.iter().try_for_each(|other| tools.count_for(other)),
+        Action::CountPad => tools.count_pad(),
+        Action::Check => tools.check(),
+        Action::Golden => tools.golden(),
+    }
 }
 
-/// One action with a compiler from any source.
-pub fn step(action: &Action) -> Result<()> {
-    Tools::prepare(Route::Auto)?.act(action)
+/// The firmware's step of the gate.
+pub fn gate() -> Result<()> {
+    let tools = Tools::prepare(Route::Auto)?;
+    tools.build(FIRMWARE, TARGET, "--bin gate_control --bin count --bin count_pad --bin control --bin golden --bin corrected")?;
+    tools.check()?;
+    tools.count()?;
+    tools.count_pad()?;
+    tools.run(PROGRAMS[0])
+}
+
+/// The step that compares the bits of host and target.
+pub fn golden() -> Result<()> {
+    Tools::prepare(Route::Auto)?.golden()
+}
+
+/// Clippy of the workspaces for microcontrollers.
+pub fn clippy() -> Result<()> {
+    let tools = Tools::prepare(Route::Auto)?;
+    [FIRMWARE, C_LIBRARY].iter().try_for_each(|folder| tools.clippy(folder))
+}
+
+/// The example programs under QEMU.
+pub fn programs() -> Result<()> {
+    let tools = Tools::prepare(Route::Auto)?;
+    PROGRAMS.iter().try_for_each(|program| tools.run(program))
+}
+
+/// The core and the C library for other processors.
+pub fn processors() -> Result<()> {
+    let tools = Tools::prepare(Route::Auto)?;
+    OTHER_TARGETS.iter().try_for_each(|target| tools.other_target(target))?;
+    tools.riscv()?;
+    tools.c()
 }
 
 impl Tools {
-    fn act(&self, action: &Action) -> Result<()> {
-        match action {
-            Action::Prepare => Ok(()),
-            Action::Run { bin } => self.run(bin),
-            Action::Programs => PROGRAMS.iter().try_for_each(|program| self.run(program)),
-            Action::Clippy => [FIRMWARE, C_LIBRARY].iter().try_for_each(|folder| self.clippy(folder)),
-            Action::Count { processors: false } => self.count(),
-            Action::Count { processors: true } => OTHER_PROCESSORS.iter().try_for_each(|other| self.count_for(other)),
-            Action::CountPad => self.count_pad(),
-            Action::Check => self.check(),
-            Action::Other => {
-                OTHER_TARGETS.iter().try_for_each(|target| self.other_target(target))?;
-                self.riscv()
-            }
-            Action::Golden => self.golden(),
-            Action::C => self.c(),
-            Action::All => {
-                let all =
-                    [Action::Clippy, Action::Golden, Action::Check, Action::Other, COUNT, Action::C, Action::Programs];
-                all.iter().try_for_each(|action| self.act(action))
-            }
-        }
-    }
-
     /// Builds and runs one binary, prints its decoded log; an error unless it ended with status 0.
     fn run(&self, bin: &str) -> Result<()> {
-        self.build(FIRMWARE, TARGET, &["--bin", bin])?;
-        println!("thumb: {bin}");
-        let (status, log) = self.emulate(bin, 3, Duration::from_secs(300))?;
+        self.build(FIRMWARE, TARGET, &format!("--bin {bin}"))?;
+        let (status, log) = self.emulate(&self.elf(bin), 3, Duration::from_secs(300))?;
         print!("{log}");
         ensure!(status.success(), "{bin} ended with {status}");
         Ok(())
@@ -136,7 +139,7 @@ impl Tools {
 
     /// Prints the table of instruction counts; an error if a call is above its bound.
     fn count(&self) -> Result<()> {
-        self.build(FIRMWARE, TARGET, &["--bin", "count"])?;
+        self.build(FIRMWARE, TARGET, "--bin count")?;
         let rows = self.print_counts(&self.elf("count"))?;
         let most = |part: &str| -> Result<u32> {
             rows.iter().find(|r| r.0.contains(part)).map(|r| r.1).with_context(|| format!("no row {part}"))
@@ -156,7 +159,7 @@ impl Tools {
 
     /// Prints the table of the pad; an error if a step is above its bound.
     fn count_pad(&self) -> Result<()> {
-        self.build(FIRMWARE, TARGET, &["--bin", "count_pad"])?;
+        self.build(FIRMWARE, TARGET, "--bin count_pad")?;
         for (name, most) in self.print_counts(&self.elf("count_pad"))? {
             ensure!(most <= PAD_BOUND, "{name} takes {most} instructions, the bound is {PAD_BOUND}");
         }
@@ -166,22 +169,21 @@ impl Tools {
     /// The table for another processor. QEMU's Cortex-M4F runs the code of all of them.
     fn count_for(&self, (name, target, flags): &(&str, &str, Option<&str>)) -> Result<()> {
         self.library(target)?;
-        println!("thumb: {name}");
-        let mut cargo = self.cargo(FIRMWARE)?;
+        println!("{name}");
+        let folder = "target/processors";
+        let line = format!("build --release --no-default-features --bin count --target {target} --target-dir {folder}");
+        let mut cargo = self.cargo(FIRMWARE, &line)?;
         if let Some(flags) = flags {
             cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS", flags);
         }
-        let folder = "target/processors";
-        cargo.args(["build", "--release", "--no-default-features", "--bin", "count"]);
-        cargo.args(["--target", target, "--target-dir", folder]);
-        ensure!(cargo.status()?.success(), "count does not build for {name}");
+        run(&mut cargo)?;
         self.print_counts(&root().join(FIRMWARE).join(folder).join(target).join("release/count"))?;
         Ok(())
     }
 
     /// Runs a program of counts and prints its table: names and the most.
     fn print_counts(&self, elf: &Path) -> Result<Vec<(String, u32)>> {
-        let (status, log) = self.emulate_file(elf, 10, Duration::from_secs(600))?;
+        let (status, log) = self.emulate(elf, 10, Duration::from_secs(600))?;
         ensure!(status.success(), "count ended with {status}:\n{log}");
         println!("{:<42} {:>6} {:>6} {:>6} {:>12}", "instructions per call", "least", "mean", "most", "most/least");
         let mut rows = Vec::new();
@@ -209,28 +211,23 @@ impl Tools {
 
     /// The line that a program prints on the target, if an example of the core prints the same of a model on the host.
     fn agrees(&self, bin: &str, example: &str, model: &str) -> Result<String> {
-        self.build(FIRMWARE, TARGET, &["--bin", bin])?;
-        let (status, log) = self.emulate(bin, 3, Duration::from_secs(300))?;
+        self.build(FIRMWARE, TARGET, &format!("--bin {bin}"))?;
+        let (status, log) = self.emulate(&self.elf(bin), 3, Duration::from_secs(300))?;
         ensure!(status.success(), "{bin} ended with {status}");
-        let host = cargo_command()
-            .current_dir(root())
-            .args(["run", "--quiet", "--release", "--package", "fingerpad", "--example", example, "--"])
-            .arg(model)
-            .output()?;
-        ensure!(host.status.success(), "{}", String::from_utf8_lossy(&host.stderr));
-        let host = String::from_utf8_lossy(&host.stdout).lines().last().unwrap_or_default().to_owned();
+        // All packages, so that the core is the one that the tests have built.
+        run(&mut crate::rust::cargo(&format!("build --example {example}"))?)?;
+        let host = output(&mut command(".", &format!("target/gate/examples/{example} {model}")))?;
+        let host = host.lines().last().unwrap_or_default().to_owned();
         ensure!(log.trim() == host, "host and target differ: {host} and {}", log.trim());
         Ok(host)
     }
 
     /// Builds the C library and a C program on it, runs that, and compares with the documented vectors.
     fn c(&self) -> Result<()> {
-        if !install::succeeds(Command::new("arm-none-eabi-gcc").arg("--version")) {
-            install::debian(&["gcc-arm-none-eabi"], "apt-get install gcc-arm-none-eabi")?;
-        }
+        install::programs(&["arm-none-eabi-gcc"])?;
         let folder = root().join(C_LIBRARY);
         let header = fs::read_to_string(folder.join("fingerpad.h"))?;
-        self.build(C_LIBRARY, TARGET, &["--lib"])?;
+        self.build(C_LIBRARY, TARGET, "--lib")?;
         let written = fs::read_to_string(folder.join("fingerpad.h"))?;
         ensure!(
             header == written,
@@ -238,28 +235,22 @@ impl Tools {
         );
         for (target, flags) in C_TARGETS {
             self.library(target)?;
-            self.build(C_LIBRARY, target, &["--lib"])?;
+            self.build(C_LIBRARY, target, "--lib")?;
             self.bare_metal(target, flags)?;
         }
         Ok(())
     }
 
     /// The C program on the library for `target`, under QEMU: it must print the documented vectors.
-    fn bare_metal(&self, target: &str, flags: &[&str]) -> Result<()> {
+    fn bare_metal(&self, target: &str, flags: &str) -> Result<()> {
         let folder = root().join(C_LIBRARY);
         let release = folder.join("target").join(target).join("release");
         let program = release.join("bare_metal");
-        let status = Command::new("arm-none-eabi-gcc")
-            .current_dir(&folder)
-            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffreestanding", "-nostdlib", "-mthumb"])
-            .args(flags)
-            .args(["-Wl,--gc-sections", "-Wl,-z,noexecstack", "-Wa,-I,.", "-I.", "-Tbare_metal.ld"])
-            .arg("bare_metal.c")
-            .arg(release.join("libfingerpad_c.a"))
-            .arg("-o")
-            .arg(&program)
-            .status()?;
-        ensure!(status.success(), "the C program does not build for {target}");
+        let line = format!(
+            "arm-none-eabi-gcc -std=c11 -Wall -Wextra -Werror -O2 -ffreestanding -nostdlib -mthumb {flags} -Wl,--gc-sections \
+             -Wl,-z,noexecstack -Wa,-I,. -I. -Tbare_metal.ld bare_metal.c -o"
+        );
+        run(command(C_LIBRARY, &line).arg(&program).arg(release.join("libfingerpad_c.a")))?;
         // The board's Cortex-M4F runs the code of a Cortex-M0 as well.
         let (status, raw) = qemu(&program, 3, Duration::from_secs(60))?;
         let output_text = fs::read_to_string(&raw)?;
@@ -285,7 +276,7 @@ impl Tools {
 
     /// Symbols, link, stack and sizes of the core-only binary.
     fn check(&self) -> Result<()> {
-        self.build(FIRMWARE, TARGET, &["--bin", "core_only", "--bin", "gate_control"])?;
+        self.build(FIRMWARE, TARGET, "--bin core_only --bin gate_control")?;
         let (core, control) = (Elf::read(&self.elf("core_only"))?, Elf::read(&self.elf("gate_control"))?);
         for (what, gate) in GATES {
             let (found, seen) = (core.symbols(gate), control.symbols(gate));
@@ -293,14 +284,9 @@ impl Tools {
             ensure!(found.is_empty(), "{what} in core_only: {found:?}");
             ensure!(!seen.is_empty(), "the check for {what} does not find them where they are");
         }
-        let control =
-            ["build", "--release", "--bin", "core_only", "--features", "panics", "--target-dir", "target/control"];
-        let out = self.cargo(FIRMWARE)?.args(control).output()?;
-        let output_text = String::from_utf8_lossy(&out.stderr);
-        ensure!(
-            !out.status.success() && output_text.contains("panic-never"),
-            "a panicking core_only should not link: {output_text}"
-        );
+        let line = format!("build --release --target {TARGET} --bin core_only --features panics");
+        let refused = refusal(&mut self.cargo(FIRMWARE, &line)?)?;
+        ensure!(refused.contains("panic-never"), "a panicking core_only should not link: {refused}");
         println!("panic-never: core_only links, with a panic in it it does not");
         self.sizes()
     }
@@ -308,8 +294,7 @@ impl Tools {
     /// The core-only binary on a target without a double-precision unit, perhaps without any.
     fn other_target(&self, target: &str) -> Result<()> {
         self.library(target)?;
-        self.build(FIRMWARE, target, &["--no-default-features", "--bin", "core_only"])?;
-        self.build(FIRMWARE, target, &["--no-default-features", "--bin", "gate_control"])?;
+        self.build(FIRMWARE, target, "--no-default-features --bin core_only --bin gate_control")?;
         let release = root().join(FIRMWARE).join("target").join(target).join("release");
         let (core, control) = (Elf::read(&release.join("core_only"))?, Elf::read(&release.join("gate_control"))?);
         // The third check, for square roots, would find them where there is no FPU.
@@ -325,19 +310,16 @@ impl Tools {
     /// The C library for a microcontroller without FPU, linked whole: its exports need no panic and no double.
     fn riscv(&self) -> Result<()> {
         self.library(RISCV)?;
-        let (status, _, out) = self.riscv_link(&[], "target")?;
-        ensure!(status.success(), "the library does not link for {RISCV}");
+        let (mut link, out) = self.riscv_link("")?;
+        run(&mut link)?;
         let elf = Elf::read(&out)?;
         let linked = elf.symbols(|name| name.starts_with("fingerpad_")).len();
         ensure!(linked > 20, "{RISCV}: only {linked} functions of the library were linked");
         let panics = elf.symbols(is_panic);
         let doubles = elf.symbols(|name| name.ends_with("df3") || name.ends_with("df2") || name.ends_with("sfdf2"));
         ensure!(panics.is_empty() && doubles.is_empty(), "{RISCV}: {panics:?} {doubles:?}");
-        let (status, output_text, _) = self.riscv_link(&["--features", "panics"], "target/control")?;
-        ensure!(
-            !status.success() && output_text.contains("panic"),
-            "{RISCV}: a library that panics should not link: {output_text}"
-        );
+        let refused = refusal(&mut self.riscv_link("--features panics")?.0)?;
+        ensure!(refused.contains("panic"), "{RISCV}: a library that panics should not link: {refused}");
         let writable = elf.writable_bytes();
         ensure!(writable == 0, "{RISCV}: the C library has {writable} bytes that could change");
         println!(
@@ -346,30 +328,24 @@ impl Tools {
         Ok(())
     }
 
-    /// Builds the C library below `target` and links its exports: exit status, the linker's messages, the file.
-    fn riscv_link(&self, extra: &[&str], target: &str) -> Result<(ExitStatus, String, PathBuf)> {
-        self.build(C_LIBRARY, RISCV, &[&["--lib", "--target-dir", target], extra].concat())?;
-        let release = root().join(C_LIBRARY).join(target).join(RISCV).join("release");
+    /// Builds the C library; returns the command that links its exports, and the file that this makes.
+    fn riscv_link(&self, extra: &str) -> Result<(Command, PathBuf)> {
+        self.build(C_LIBRARY, RISCV, &format!("--lib {extra}"))?;
+        let release = root().join(C_LIBRARY).join("target").join(RISCV).join("release");
         let out = release.join("fingerpad_c.elf");
         let header = fs::read_to_string(root().join(C_LIBRARY).join("fingerpad.h"))?;
-        let linked = self
-            .linker()?
-            .args(["-flavor", "gnu", "--gc-sections", "-e", "fingerpad_step"])
-            .args(exported(&header).iter().flat_map(|name| ["-u", name]))
-            .arg(release.join("libfingerpad_c.a"))
-            .arg("-o")
-            .arg(&out)
-            .output()?;
-        Ok((linked.status, String::from_utf8_lossy(&linked.stderr).into_owned(), out))
+        let mut linker = self.linker()?;
+        linker.args(["-flavor", "gnu", "--gc-sections", "-e", "fingerpad_step"]);
+        linker.args(exported(&header).iter().flat_map(|name| ["-u", name]));
+        linker.arg(release.join("libfingerpad_c.a")).arg("-o").arg(&out);
+        Ok((linker, out))
     }
 
     /// Stack and code of a step, from a build with the compiler's own stack sizes.
     fn sizes(&self) -> Result<()> {
-        let mut cargo = self.cargo(FIRMWARE)?;
-        cargo.env("RUSTC_BOOTSTRAP", "1").args(["rustc", "--release", "--bin", "core_only"]);
-        cargo.args(["--target-dir", "target/stack", "--", "-Zemit-stack-sizes"]);
-        ensure!(cargo.status()?.success(), "the build with stack sizes failed");
-        let elf = Elf::read(&root().join(FIRMWARE).join("target/stack").join(TARGET).join("release/core_only"))?;
+        let line = format!("rustc --release --target {TARGET} --bin core_only -- -Zemit-stack-sizes");
+        run(self.cargo(FIRMWARE, &line)?.env("RUSTC_BOOTSTRAP", "1"))?;
+        let elf = Elf::read(&self.elf("core_only"))?;
         let step = elf.function("one_step")?;
         let (stack, through) = elf.worst_stack(step)?;
         println!("step: {} bytes of code, {stack} bytes of stack ({})", elf.code_size(step), through.join(" > "));

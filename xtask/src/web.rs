@@ -3,18 +3,18 @@
 //! Main type: [`Action`]. Also opens the pages of the book. Uses `thumb::tools` for the compiler and `install` for what is missing.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use clap::Subcommand;
 
-use crate::thumb::tools::{Compiler, Route, cargo_command};
-use crate::{install, root, run};
+use crate::install;
+use crate::shell::{command, refusal, root, run, sh};
+use crate::thumb::tools::{Compiler, Route};
 
-/// Folder of the page's workspace, from the repository's root.
+/// Folder of the page's workspace, and of its tests, from the repository's root.
 const WEB: &str = "bindings/web";
+const TEST: &str = "bindings/web/test";
 const TARGET: &str = "wasm32-unknown-unknown";
-const PICTURE: &str = "docs/pictures/page.png";
 
 /// Options of `cargo xtask web`.
 #[derive(clap::Args)]
@@ -28,8 +28,6 @@ pub struct Args {
 enum Action {
     /// The static folder `bindings/web/site` and the npm package `bindings/web/target/npm` (the default)
     Build,
-    /// Build, then all tests in headless Chromium
-    Test,
     /// Build, then the picture of README
     Picture,
     /// Build, then ns a step in Chromium and on the host, as lines of JSON
@@ -38,46 +36,42 @@ enum Action {
 
 /// Entry of the chore.
 pub fn main(args: &Args) -> Result<()> {
+    build()?;
     match args.action.unwrap_or(Action::Build) {
-        Action::Build => build(),
-        Action::Test => test(),
+        Action::Build => Ok(()),
         Action::Picture => {
-            build()?;
-            chromium()?;
-            node(&["pictures.js", "--readme"], Some(PICTURE))
+            install::programs(&["chromium"])?;
+            run(command(TEST, "node pictures.js --readme").arg(root().join("docs/pictures/page.png")))
         }
         Action::Bench => {
-            build()?;
-            chromium()?;
-            reference()?;
-            node(&["bench.js"], None)
+            install::programs(&["chromium"])?;
+            sh(TEST, "node bench.js")
         }
     }
 }
 
-/// Builds the page and tests it; a module with a panic in it must be seen as one.
-pub fn test() -> Result<()> {
-    let tools = Compiler::prepare(Route::Auto, TARGET)?;
-    packages()?;
-    compile(&tools, &["--features", "panics"])?;
-    let refused = Command::new("node").current_dir(root().join(WEB).join("test")).arg("build.js").output()?;
-    let says = String::from_utf8_lossy(&refused.stderr);
-    ensure!(
-        !refused.status.success() && says.contains("the module imports"),
-        "a module that panics should be refused: {says}"
-    );
+/// The module and the npm package in Node; a module with a panic in it must be refused.
+pub fn gate() -> Result<()> {
+    compile("--features panics")?;
+    let says = refusal(&mut command(TEST, "node build.js"))?;
+    ensure!(says.contains("the module imports"), "a module that panics should be refused: {says}");
     build()?;
-    chromium()?;
-    reference()?;
-    node(&["--test", "--test-reporter=spec", "package.test.js", "page.test.js"], None)
+    sh(TEST, "node --test --test-reporter=spec package.test.js")
+}
+
+/// The page in headless Chromium.
+pub fn nightly() -> Result<()> {
+    build()?;
+    install::programs(&["chromium"])?;
+    sh(TEST, "node --test --test-reporter=spec page.test.js")
 }
 
 /// Opens every page of a built book in Chromium, wide and narrow; writes pictures of them to a folder, if one is given.
 pub fn book(site: &Path, pictures: Option<&Path>) -> Result<()> {
     packages()?;
-    chromium()?;
-    let mut node = Command::new("node");
-    node.current_dir(root().join(WEB).join("test")).arg("book.js").arg(std::path::absolute(site)?);
+    install::programs(&["chromium"])?;
+    let mut node = command(TEST, "node book.js");
+    node.arg(std::path::absolute(site)?);
     if let Some(folder) = pictures {
         node.arg(std::path::absolute(folder)?);
     }
@@ -85,57 +79,28 @@ pub fn book(site: &Path, pictures: Option<&Path>) -> Result<()> {
 }
 
 /// Builds the page and the npm package; returns the folder of the package.
-pub fn npm_package() -> Result<PathBuf> {
-    build()?;
+pub fn build() -> Result<PathBuf> {
+    compile("")?;
+    sh(TEST, "node build.js")?;
+    // The program with which the page's bits are compared.
+    sh(WEB, "cargo build --release --locked --package fingerpad-web-reference")?;
+    println!("{WEB}/site: python3 -m http.server --directory {WEB}/site");
     Ok(root().join(WEB).join("target/npm"))
 }
 
-fn build() -> Result<()> {
-    let tools = Compiler::prepare(Route::Auto, TARGET)?;
+fn compile(extra: &str) -> Result<()> {
     packages()?;
-    compile(&tools, &[])?;
-    node(&["build.js"], None)?;
-    println!("{WEB}/site: python3 -m http.server --directory {WEB}/site");
-    Ok(())
-}
-
-fn compile(tools: &Compiler, extra: &[&str]) -> Result<()> {
-    tools.build(WEB, TARGET, &[&["--locked", "--package", "fingerpad-web"], extra].concat())
-}
-
-/// The program with which the page's bits are compared.
-fn reference() -> Result<()> {
-    let mut cargo = cargo_command();
-    cargo.current_dir(root().join(WEB));
-    run(cargo.args(["build", "--release", "--locked", "--package", "fingerpad-web-reference"]))
+    Compiler::prepare(Route::Auto, TARGET)?.build(WEB, TARGET, &format!("--locked --package fingerpad-web {extra}"))
 }
 
 /// Node and the packages that the lock file names.
 fn packages() -> Result<()> {
-    if !install::succeeds(Command::new("npm").arg("--version")) {
-        install::debian(&["nodejs", "npm"], "apt-get install nodejs npm")?;
-    }
-    let folder = root().join(WEB).join("test");
+    install::programs(&["npm"])?;
+    let changed = |name: &str| root().join(TEST).join(name).metadata().and_then(|file| file.modified());
     // npm writes this list when it has installed all; the lock file is older then.
-    let installed = folder.join("node_modules/.package-lock.json").metadata().and_then(|list| list.modified());
-    let locked =
-        folder.join("package-lock.json").metadata().and_then(|lock| lock.modified()).context("package-lock.json")?;
-    if installed.is_ok_and(|installed| installed >= locked) {
+    let locked = changed("package-lock.json").context("package-lock.json")?;
+    if changed("node_modules/.package-lock.json").is_ok_and(|installed| installed >= locked) {
         return Ok(());
     }
-    run(Command::new("npm").current_dir(folder).args(["ci", "--no-audit", "--no-fund", "--ignore-scripts"]))
-}
-
-fn chromium() -> Result<()> {
-    if std::env::var_os("CHROMIUM").is_some() || install::succeeds(Command::new("/usr/bin/chromium").arg("--version")) {
-        return Ok(());
-    }
-    install::debian(&["chromium"], "apt-get install chromium, or set CHROMIUM to a Chromium's path")
-}
-
-/// Runs a script of the test's folder, with a file from the repository's root as its last word.
-fn node(words: &[&str], file: Option<&str>) -> Result<()> {
-    let mut node = Command::new("node");
-    node.current_dir(root().join(WEB).join("test")).args(words).args(file.map(|file| root().join(file)));
-    run(&mut node)
+    install::retry(|| command(TEST, "npm ci --no-audit --no-fund --ignore-scripts"))
 }

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 const CORE: &str = "fingerpad";
 const FORMATS: &str = "fingerpad-formats";
 const LEAST_SQUARES: &str = "fingerpad-least-squares";
+const LINEAR: &str = "fingerpad-linear";
 const FE: &str = "fingerpad-fe";
 const FMU: &str = "fingerpad-fmu";
 const IDENTIFY: &str = "fingerpad-identify";
@@ -19,14 +20,16 @@ const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
+const LIBRARIES: &[&str] = &
+    [CORE, FORMATS, LEAST_SQUARES, LINEAR, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 13] = [
+const MAY_USE: [(&str, &[&str]); 14] = [
     (CORE, &[]),
     (FORMATS, &[]),
     (LEAST_SQUARES, &[]),
-    (FE, &[CORE, FORMATS, LEAST_SQUARES]),
+    (LINEAR, &[]),
+    (FE, &[CORE, FORMATS, LEAST_SQUARES, LINEAR]),
     (IDENTIFY, &[DIAGNOSE, FE, FORMATS, LEAST_SQUARES]),
     (REDUCE, &[FE, FORMATS, LEAST_SQUARES, CORE]),
     (SMOOTH, &[CORE, LEAST_SQUARES]),

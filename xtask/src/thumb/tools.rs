@@ -1,6 +1,6 @@
 //! A checked toolchain for the target: builds, emulation with the log decoded, the linker.
 //!
-//! Main type: [`Tools`]. Finds compilers and emulates the board; independent of the checks.
+//! Main types: [`Compiler`], [`Tools`]. Finds compilers and emulates the board; independent of the checks.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 
-use crate::install::{self, rustup_target, say, succeeds};
-use crate::root;
+use crate::install::{self, rustup_target};
+use crate::shell::{command, output, root, run};
 
 /// The processor of the board that is emulated.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -41,6 +41,7 @@ pub struct Compiler {
 /// A compiler, with the tools that run and read its programs.
 pub struct Tools {
     compiler: Compiler,
+    defmt_print: PathBuf,
 }
 
 impl std::ops::Deref for Tools {
@@ -54,45 +55,35 @@ impl std::ops::Deref for Tools {
 impl Compiler {
     /// A compiler for `target`, installed if it is missing.
     pub fn prepare(route: Route, target: &str) -> Result<Self> {
-        let rustup = match route {
-            Route::Debian => false,
-            Route::Rustup | Route::Auto => rustup_target(target),
-        };
-        let debian_linker = match (rustup, route) {
-            (true, _) => None,
-            (false, Route::Rustup) => bail!("`rustup target add {target}` failed"),
-            (false, _) => {
-                if !has_library_source() {
-                    install::debian(&["rustc-web", "rust-web-src"], &format!("rustup target add {target}"))?;
-                }
-                Some(linker_directory()?)
-            }
-        };
-        println!("thumb: compiler from {}", if debian_linker.is_some() { "Debian" } else { "rustup" });
-        Ok(Self { debian_linker })
+        let rustup = route != Route::Debian && rustup_target(target);
+        if rustup {
+            return Ok(Self { debian_linker: None });
+        }
+        ensure!(route != Route::Rustup, "`rustup target add {target}` failed");
+        let sysroot = command(".", &format!("{DEBIAN_COMPILER} --print sysroot")).output();
+        let source = "lib/rustlib/src/rust/library/core/Cargo.toml";
+        if !sysroot.is_ok_and(|out| Path::new(String::from_utf8_lossy(&out.stdout).trim()).join(source).exists()) {
+            install::debian("rustc-web rust-web-src", &format!("rustup target add {target}"))?;
+        }
+        println!("the compiler for {target} is Debian's");
+        Ok(Self { debian_linker: Some(linker_directory()?) })
     }
 
     /// `cargo` in a workspace's folder with the environment that the route needs.
-    pub fn cargo(&self, folder: &str) -> Result<Command> {
-        let mut cargo = cargo_command();
-        cargo.current_dir(root().join(folder));
+    pub fn cargo(&self, folder: &str, line: &str) -> Result<Command> {
+        let mut cargo = command(folder, &format!("cargo {line}"));
         if let Some(linker) = &self.debian_linker {
-            let mut path = vec![linker.clone()];
-            path.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
-            cargo
-                .env("RUSTC", DEBIAN_COMPILER)
-                .env("RUSTC_BOOTSTRAP", "1")
-                .env("CARGO_UNSTABLE_BUILD_STD", "core")
-                .env("PATH", std::env::join_paths(path)?);
+            let path = std::env::var_os("PATH").unwrap_or_default();
+            let path = std::iter::once(linker.clone()).chain(std::env::split_paths(&path));
+            cargo.env("RUSTC", DEBIAN_COMPILER).env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core");
+            cargo.env("PATH", std::env::join_paths(path)?);
         }
         Ok(cargo)
     }
 
     /// Builds a workspace for `target`.
-    pub fn build(&self, folder: &str, target: &str, extra: &[&str]) -> Result<()> {
-        let status = self.cargo(folder)?.args(["build", "--release", "--target", target]).args(extra).status()?;
-        ensure!(status.success(), "{folder} does not build for {target}");
-        Ok(())
+    pub fn build(&self, folder: &str, target: &str, extra: &str) -> Result<()> {
+        run(&mut self.cargo(folder, &format!("build --release --target {target} {extra}"))?)
     }
 
     /// Clippy of a workspace without warnings.
@@ -102,9 +93,7 @@ impl Compiler {
             return Ok(());
         }
         install::component("clippy", "clippy")?;
-        let status = self.cargo(folder)?.args(["clippy", "--target", TARGET, "--", "--deny", "warnings"]).status()?;
-        ensure!(status.success(), "Clippy has warnings in {folder}");
-        Ok(())
+        run(&mut self.cargo(folder, &format!("clippy --target {TARGET} -- --deny warnings"))?)
     }
 
     /// The compiled library of the language for `target`; Debian's route builds it from its sources when it is needed.
@@ -116,10 +105,7 @@ impl Compiler {
 
     /// rust-lld, installed with the compiler.
     pub fn linker(&self) -> Result<Command> {
-        let folder = match &self.debian_linker {
-            Some(folder) => folder.clone(),
-            None => linker_directory()?,
-        };
+        let folder = self.debian_linker.clone().map_or_else(linker_directory, Ok)?;
         Ok(Command::new(folder.join("rust-lld")))
     }
 }
@@ -128,16 +114,8 @@ impl Tools {
     /// Installs missing tools.
     pub fn prepare(route: Route) -> Result<Self> {
         let compiler = Compiler::prepare(route, TARGET)?;
-        if !succeeds(Command::new("qemu-system-arm").arg("--version")) {
-            install::debian(&["qemu-system-arm"], "apt-get install qemu-system-arm")?;
-        }
-        if !succeeds(Command::new("defmt-print").arg("--version")) {
-            say("cargo install --locked defmt-print");
-            let done = cargo_command().args(["install", "--locked", "defmt-print"]).status()?;
-            ensure!(done.success(), "defmt-print is missing; this helps: cargo install --locked defmt-print");
-        }
-        println!("thumb: QEMU and defmt-print are there");
-        Ok(Self { compiler })
+        install::programs(&["qemu-system-arm"])?;
+        Ok(Self { compiler, defmt_print: install::crate_program("defmt-print", DEFMT_PRINT, "")? })
     }
 
     /// The file of a firmware binary.
@@ -146,33 +124,25 @@ impl Tools {
     }
 
     /// One run under QEMU: exit status and decoded log. One instruction lasts 2^`shift` ns of the board's time.
-    pub fn emulate(&self, bin: &str, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
-        self.emulate_file(&self.elf(bin), shift, limit)
-    }
-
-    /// The same of a file.
-    pub fn emulate_file(&self, elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
+    pub fn emulate(&self, elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
         let (status, raw) = qemu(elf, shift, limit)?;
-        let decoded = Command::new("defmt-print").arg("-e").arg(elf).stdin(File::open(&raw)?).output()?;
+        let decoded = output(Command::new("sh").args(["-c", "exec \"$0\" -e \"$1\" < \"$2\""]).arg(&self.defmt_print).arg(elf).arg(&raw));
         fs::remove_file(&raw)?;
-        ensure!(decoded.status.success(), "defmt-print: {}", String::from_utf8_lossy(&decoded.stderr));
-        Ok((status, String::from_utf8_lossy(&decoded.stdout).into_owned()))
+        Ok((status, decoded?))
     }
 }
+
+/// Version of the program that decodes the firmware's log.
+const DEFMT_PRINT: &str = "1.2.0";
 
 /// Runs a program under QEMU: exit status and the file with its output.
 pub fn qemu(elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, PathBuf)> {
     let raw = elf.with_extension("out");
-    let out = File::create(&raw)?;
-    let mut qemu = Command::new("qemu-system-arm")
-        .args(["-cpu", "cortex-m4", "-machine", "mps2-an386", "-nographic"])
-        .args(["-icount", &format!("shift={shift}")])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(elf)
-        .stdin(Stdio::null())
-        .stdout(out)
-        .spawn()
-        .context("qemu-system-arm")?;
+    let line = format!(
+        "qemu-system-arm -cpu cortex-m4 -machine mps2-an386 -nographic -icount shift={shift} \
+         -semihosting-config enable=on,target=native -kernel"
+    );
+    let mut qemu = command(".", &line).arg(elf).stdin(Stdio::null()).stdout(File::create(&raw)?).spawn().context(line)?;
     let start = Instant::now();
     loop {
         if let Some(status) = qemu.try_wait()? {
@@ -187,28 +157,10 @@ pub fn qemu(elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, Path
     }
 }
 
-/// Cargo without the flags of the build that started this chore.
-pub fn cargo_command() -> Command {
-    let mut cargo = Command::new("cargo");
-    for name in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "CARGO_TARGET_DIR"] {
-        cargo.env_remove(name);
-    }
-    cargo
-}
-
-/// Whether Debian's compiler and the sources of its library are installed.
-fn has_library_source() -> bool {
-    let sysroot = Command::new(DEBIAN_COMPILER).args(["--print", "sysroot"]).output();
-    sysroot.is_ok_and(|out| {
-        let root = PathBuf::from(String::from_utf8_lossy(&out.stdout).trim());
-        root.join("lib/rustlib/src/rust/library/core/Cargo.toml").exists()
-    })
-}
-
 /// The directory of rust-lld in the toolchain that runs cargo.
 fn linker_directory() -> Result<PathBuf> {
-    let out = Command::new("rustc").env_remove("RUSTC").args(["--print", "sysroot"]).output()?;
-    let rustlib = PathBuf::from(String::from_utf8_lossy(&out.stdout).trim()).join("lib/rustlib");
+    let sysroot = output(command(".", "rustc --print sysroot").env_remove("RUSTC"))?;
+    let rustlib = PathBuf::from(sysroot.trim()).join("lib/rustlib");
     for entry in fs::read_dir(&rustlib)? {
         let bin = entry?.path().join("bin");
         if bin.join("rust-lld").exists() {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{Pattern, pattern::elimination_order};
+use fingerpad_linear::{Pattern, elimination_order};
 use crate::mesh::Mesh;
 
 /// Supports of the body.

@@ -8,11 +8,10 @@ mod configuration;
 mod constitutive;
 mod dofs;
 mod group;
-mod pattern;
 
 pub use body::{Body, BodyError, Joint};
 pub use configuration::{Configuration, rotation_vector};
 pub use dofs::{DofMap, Supports};
-pub use pattern::Pattern;
+pub use fingerpad_linear::Pattern;
 
 pub use crate::material::Material;

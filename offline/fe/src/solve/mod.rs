@@ -3,14 +3,13 @@
 //!
 //! Main types: [`Solver`], [`State`], [`Target`], [`SolverSettings`], [`Stats`], [`SolveError`],
 //! [`RestCompliance`].
-//! May use: assembly, contact, element, material, mesh.
+//! May use: `fingerpad-linear`, assembly, contact, element, material, mesh.
 
 mod compliance;
 mod contact_subproblem;
 mod contact_system;
 mod equilibrium;
 mod increment;
-pub mod linear;
 mod near;
 mod solver;
 mod stiffness;
@@ -18,3 +17,5 @@ mod stiffness;
 pub use compliance::RestCompliance;
 pub use increment::{Axis, Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch, unwatched};
 pub use solver::{FactorRecord, PadFaces, Solver};
+
+pub use fingerpad_linear as linear;

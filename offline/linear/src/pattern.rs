@@ -112,26 +112,3 @@ fn postorder(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<usize> {
     }
     result
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn elimination_order_is_a_permutation() {
-        let (w, h) = (30usize, 20usize);
-        let mut neighbours = vec![Vec::new(); w * h];
-        for v in 0..w * h {
-            for u in [v + 1, v + w] {
-                if u < w * h && (u != v + 1 || u % w != 0) {
-                    neighbours[v].push(u as u32);
-                    neighbours[u].push(v as u32);
-                }
-            }
-        }
-        let mut order = elimination_order(&neighbours);
-        order.sort_unstable();
-        assert!(order.into_iter().eq(0..w * h));
-        assert!(elimination_order(&[]).is_empty());
-    }
-}

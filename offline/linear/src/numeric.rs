@@ -18,8 +18,7 @@ use faer::{
 
 use wide::{f32x16, f64x8};
 
-use super::NotPositiveDefinite;
-use crate::assembly::Pattern;
+use super::{NotPositiveDefinite, Pattern};
 use faer::Side;
 
 /// Which triangle of the factor.

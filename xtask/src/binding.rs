@@ -1,0 +1,186 @@
+//! The Python packages: the core's wheel, the MuJoCo plugin, the Warp package. Built outside the repository's environment, in one
+//! virtual environment, and tested there.
+//!
+//! Main functions: the steps `*_gate` and `*_nightly`, [`release`]. Uses `c` for the tools of C and `install` for the environment.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::shell::{at_root, command, output, root, run, sh};
+use crate::{c, install, rust};
+
+/// Target of a wheel: every processor of its architecture.
+const FLAGS: &str = "-Ctarget-cpu=generic";
+/// Folders of the packages.
+const PYTHON: &str = "bindings/python";
+const MUJOCO: &str = "bindings/mujoco";
+const WARP: &str = "bindings/warp";
+/// Selections of pytest.
+const GATE: &str = "not nightly and not weekly";
+const NIGHTLY: &str = "nightly";
+
+/// The Python package without the program: bits of the core, type stubs.
+pub fn python_gate() -> Result<()> {
+    let python = wheel("")?;
+    python_tests(&python, GATE, "")?;
+    run(module(&python, "mypy").args(["--strict", "--package", "fingerpad"]))?;
+    run(module(&python, "mypy.stubtest").arg("fingerpad"))
+}
+
+/// The wheel with the program: commands on frames, notebooks.
+pub fn python_nightly() -> Result<()> {
+    let python = wheel("--features program")?;
+    run(module(&python, "pip install --quiet").arg(format!("{PYTHON}[test,notebooks]")).arg("--no-deps"))?;
+    run(&mut rust::cargo("build --bin fingerpad")?)?;
+    python_tests(&python, NIGHTLY, "--features program")
+}
+
+fn python_tests(python: &Path, selection: &str, features: &str) -> Result<()> {
+    let rust = |line: &str| run(command(PYTHON, &format!("cargo {line} {features}")).env("RUSTFLAGS", FLAGS));
+    // The core without Python, built for the same processors.
+    rust("build --release --locked --example native")?;
+    let mut pytest = pytest(python, PYTHON, selection);
+    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join("target/release/examples/native"));
+    pytest.env("FINGERPAD_CARGO_PROGRAM", root().join("target/gate/fingerpad")).env_remove("FINGERPAD_PROGRAM");
+    run(&mut pytest)
+}
+
+/// Builds the core's wheel with some features and installs it; returns the interpreter.
+fn wheel(features: &str) -> Result<PathBuf> {
+    let python = environment()?;
+    let wheels = tempfile::tempdir()?;
+    let line = format!("-m maturin build --release --locked {features} --out");
+    run(at_root(&python)
+        .current_dir(root().join(PYTHON))
+        .env("RUSTFLAGS", FLAGS)
+        .args(line.split(' ').filter(|word| !word.is_empty()))
+        .arg(wheels.path()))?;
+    let wheel = only_file(wheels.path())?;
+    let listed = output(module(&python, "zipfile --list").arg(&wheel))?;
+    for file in ["licenses/LICENSE-APACHE", "licenses/LICENSE-MIT", "fingerpad/py.typed", "fingerpad/_native.pyi"] {
+        ensure!(listed.contains(file), "the wheel has no file {file}");
+    }
+    run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(wheel))?;
+    Ok(python)
+}
+
+fn environment() -> Result<PathBuf> {
+    install::python("python", "bindings/requirements-gate.txt")
+}
+
+/// A module of Python, from a line of words, run in a folder outside the repository, so that nothing of it is imported.
+fn module(python: &Path, line: &str) -> Command {
+    let mut command = at_root(python);
+    command.current_dir(root().join("target")).env_remove("PYTHONPATH").env("PIP_DISABLE_PIP_VERSION_CHECK", "1");
+    command.arg("-m").args(line.split(' '));
+    command
+}
+
+fn pytest(python: &Path, folder: &str, selection: &str) -> Command {
+    let mut pytest = module(python, "pytest --quiet --durations=5 -p no:cacheprovider");
+    pytest.args(["-m", selection]).arg(root().join(folder).join("tests"));
+    pytest
+}
+
+fn only_file(folder: &Path) -> Result<PathBuf> {
+    Ok(fs::read_dir(folder)?.next().with_context(|| format!("{} is empty", folder.display()))??.path())
+}
+
+pub fn mujoco_gate() -> Result<()> {
+    mujoco(GATE)
+}
+
+pub fn mujoco_nightly() -> Result<()> {
+    mujoco(NIGHTLY)
+}
+
+fn mujoco(selection: &str) -> Result<()> {
+    let python = plugin()?;
+    run(pytest(&python, MUJOCO, selection).current_dir(root().join(MUJOCO)))
+}
+
+/// Builds the plugin and prints the tables of the held object: `args` are those of `examples/hold.py`.
+pub fn mujoco_bench(args: &[String]) -> Result<()> {
+    run(held(&plugin()?).args(args))
+}
+
+/// The command that prints the nanoseconds of a contact of the held object, by the plugin or by MuJoCo's own contact; with
+/// `--shaken`, while all is shaken.
+pub fn contact_ns(contact: &str) -> Result<Command> {
+    let mut command = held(&plugin()?);
+    command.args(["--contact-ns", contact]);
+    Ok(command)
+}
+
+fn held(python: &Path) -> Command {
+    let mut command = at_root(python);
+    command.current_dir(root().join(MUJOCO)).arg("examples/hold.py");
+    command
+}
+
+/// The C library, the Python packages and the plugin, built against pip's MuJoCo; returns the Python that has them.
+fn plugin() -> Result<PathBuf> {
+    c::prepare()?;
+    c::library()?;
+    let python = environment()?;
+    let asked = "import mujoco, pathlib; print(pathlib.Path(mujoco.__file__).parent)";
+    let mujoco = output(at_root(&python).args(["-c", asked]))?;
+    run(command(MUJOCO, "cmake -S . -B build").arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
+    sh(MUJOCO, "cmake --build build")?;
+    Ok(python)
+}
+
+pub fn warp_gate() -> Result<()> {
+    warp(GATE)
+}
+
+/// On a GPU as well if there is one; the head of the report names it.
+pub fn warp_nightly() -> Result<()> {
+    warp(NIGHTLY)
+}
+
+/// Installs the package beside the Python package, which has the bits of the core, and runs its tests.
+fn warp(selection: &str) -> Result<()> {
+    let python = wheel("")?;
+    // A copy, so that setuptools leaves nothing in the repository.
+    let copy = tempfile::tempdir()?;
+    run(command(".", "cp -r bindings/warp").arg(copy.path()))?;
+    run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(copy.path().join("warp")))?;
+    run(&mut pytest(&python, WARP, selection))
+}
+
+/// Wheels of the core for any Linux of the last ten years on x86_64 and aarch64, and the sources as an archive, in a folder. The
+/// wheel for this processor is installed and used.
+pub fn release(out: &Path) -> Result<()> {
+    let python = install::python("release-python", "bindings/python/requirements-release.txt")?;
+    fs::create_dir_all(out)?;
+    let maturin = |words: &str| {
+        let mut maturin = at_root(&python);
+        maturin.current_dir(root().join(PYTHON)).args(["-m", "maturin"]).args(words.split(' ')).arg("--out").arg(out);
+        maturin
+    };
+    for (processor, target) in [("x86-64", "x86_64-unknown-linux-gnu"), ("generic", "aarch64-unknown-linux-gnu")] {
+        ensure!(install::rustup_target(target), "no compiler for {target}; this helps: rustup target add {target}");
+        let line = format!("build --release --locked --zig --target {target} --compatibility manylinux2014");
+        let zig = root().join("target/release-python/bin/python");
+        run(maturin(&line).env("RUSTFLAGS", format!("-Ctarget-cpu={processor}")).env("CARGO_ZIGBUILD_PYTHON_PATH", zig))?;
+    }
+    run(&mut maturin("sdist"))?;
+    let wheels = fs::read_dir(out)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    if let Some(wheel) = wheels.iter().find(|wheel| wheel.to_string_lossy().contains(std::env::consts::ARCH)) {
+        run(module(&python, "pip install --quiet --force-reinstall").arg(wheel))?;
+        let step = "import fingerpad; r = fingerpad.Finger(fingerpad.Model.shipped()).step(depth_mm=1.0); assert r.normal_force_n > 0.1, r";
+        run(at_root(&python).current_dir(root().join("target")).args(["-c", step]))?;
+    }
+    Ok(())
+}
+
+/// The command that times a batch of fingers over a path.
+pub fn bench_path(model: &Path) -> Result<Command> {
+    let mut command = at_root(wheel("")?);
+    command.arg(root().join(PYTHON).join("bench/path.py")).arg(model).current_dir(root().join("target"));
+    Ok(command)
+}
