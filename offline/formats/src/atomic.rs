@@ -25,7 +25,11 @@ pub fn atomic_write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
 
 /// Removes the temporary files of all unfinished writes of this process, for a program that ends in the middle of them.
 pub fn discard_unfinished() {
-    for file in unfinished().drain(..) {
+    discard(|_| true);
+}
+
+fn discard(those: impl Fn(&Path) -> bool) {
+    for file in unfinished().extract_if(.., |file| those(file)) {
         // One that is already in its final place is no longer under this name.
         let _ = fs::remove_file(file);
     }
@@ -102,6 +106,21 @@ mod tests {
         assert!(error.to_string().ends_with("a.csv: cut off"), "{error}");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(names(dir.path()), ["a.csv"]);
+    }
+
+    #[test]
+    fn an_unfinished_file_is_discarded() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, mut seen) = (dir.path().join("a.csv"), Vec::new());
+        let error = atomic_write(&path, |_| {
+            seen = names(dir.path());
+            // Those of other tests of this process stay.
+            discard(|file| file.starts_with(dir.path()));
+            assert_eq!(names(dir.path()), [""; 0]);
+            Ok(())
+        });
+        assert!(seen.len() == 1 && seen[0].starts_with(".partial-"), "{seen:?}");
+        assert!(error.is_err() && !path.exists());
     }
 
     #[test]

@@ -1,27 +1,19 @@
-//! `fingerpad diagnose` on logs as laboratories and robots have them: forces in the frame of a sensor, runs that are appended.
-
-use std::fs;
-use std::path::Path;
+//! `diagnose` on logs of laboratories and robots: forces in the frame of a sensor, runs that are appended.
 
 use serde_json::Value;
 
-use crate::common::{refused, run, write};
+use crate::common::{CALIBRATION, Folder, HOLDOUT, MEASURED};
 
-const CALIBRATION: &str = include_str!("../../data/examples/calibration.csv");
-const MEASURED: &str = include_str!("../../data/examples/measured.csv");
-const HOLDOUT: &str = include_str!("../../data/examples/holdout.csv");
 const FORCES: [&str; 3] = ["friction_x_n", "friction_y_n", "normal_force_n"];
 const IN_FILE: [&str; 3] = ["Fx", "Fy", "Fz"];
+const FILES: &str = "diagnose --calibration c.csv --measured m.csv";
 /// Columns of the readings of a sensor in its own frame.
-const MAP: [&str; 2] = ["--map", "x=Fx,y=Fy,normal=Fz"];
+const MAP: &str = "--map x=Fx,y=Fy,normal=Fz";
 
 /// Without the groups that are left out, which take most of the time.
-fn diagnose(more: &[&str], folder: &Path, out: &str) -> (String, Value) {
-    let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv"];
-    let arguments = [&files[..], more, &["--stability-groups", "0", "--out", out]].concat();
-    let (code, stdout, stderr) = run(&arguments, folder);
-    assert_eq!(code, Some(0), "{arguments:?}: {stdout}{stderr}");
-    let mut report: Value = serde_json::from_slice(&fs::read(folder.join(out).join("report.json")).unwrap()).unwrap();
+fn diagnose(folder: &Folder, options: &str, out: &str) -> (String, Value) {
+    let (stdout, _) = folder.done(&format!("{FILES} {options} --stability-groups 0 --out {out}"));
+    let mut report = folder.json(&format!("{out}/report.json"));
     report.as_object_mut().unwrap().remove("elapsed_s");
     (stdout, report)
 }
@@ -60,26 +52,17 @@ fn number(report: &Value, pointer: &str) -> f64 {
 
 #[test]
 fn forces_in_the_frame_of_a_sensor_give_the_diagnosis_of_those_in_the_contact_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    write(at, "c.csv", CALIBRATION);
-    write(at, "m.csv", MEASURED);
-    let (_, plain) = diagnose(&[], at, "plain");
+    let folder = Folder::with(&[("c.csv", CALIBRATION), ("m.csv", MEASURED)]);
+    let (_, plain) = diagnose(&folder, "", "plain");
     assert_eq!(plain["verdict"], "named");
-    let angles = [172.0, -14.0, 35.0];
-    let turned = matrix(angles);
-    write(at, "c.csv", &in_sensor_frame(CALIBRATION, turned));
-    write(at, "m.csv", &in_sensor_frame(MEASURED, turned));
+    let turned = matrix([172.0, -14.0, 35.0]);
+    folder.write("c.csv", in_sensor_frame(CALIBRATION, turned));
+    folder.write("m.csv", in_sensor_frame(MEASURED, turned));
     // Without the rotation the normal force points the wrong way.
-    let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv"];
-    refused(
-        &[&files[..], &MAP, &["--out", "wrong"]].concat(),
-        at,
-        &["c.csv", "column normal_force_n", "--sensor-rpy-deg"],
-    );
+    folder.refused(&format!("{FILES} {MAP} --out wrong"), &["c.csv", "column normal_force_n", "--sensor-rpy-deg"]);
     let nine = turned.iter().flatten().map(|v| format!("{v:.9}")).collect::<Vec<_>>().join(",");
-    for (flag, value) in [("--sensor-rpy-deg", "172,-14,35"), ("--sensor-matrix", &nine)] {
-        let (_, report) = diagnose(&[&MAP[..], &[flag, value]].concat(), at, "turned");
+    for flag in ["--sensor-rpy-deg 172,-14,35".to_owned(), format!("--sensor-matrix {nine}")] {
+        let (_, report) = diagnose(&folder, &format!("{MAP} {flag}"), "turned");
         assert_eq!(report["verdict"], plain["verdict"]);
         assert_eq!(report["effects"][0]["law"], plain["effects"][0]["law"]);
         // Readings in the frame of the sensor are not multiples of 0.0001 N any more, which the estimate of the noise sees: a part of
@@ -93,61 +76,32 @@ fn forces_in_the_frame_of_a_sensor_give_the_diagnosis_of_those_in_the_contact_fr
             assert!((found / wanted - 1.0).abs() < share, "{flag}: {pointer} {found} {wanted}");
         }
         let notes = report["input"][1]["notes"].to_string();
-        assert!(notes.contains(&format!("turned from the sensor's frame by {flag} {value}")), "{notes}");
+        assert!(notes.contains(&format!("turned from the sensor's frame by {flag}")), "{notes}");
     }
-}
-
-#[test]
-fn rotations_that_are_none_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    write(at, "c.csv", CALIBRATION);
-    write(at, "m.csv", MEASURED);
-    let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv", "--check"];
-    for (more, words) in [
-        (
-            ["--sensor-matrix", "1,0,0,0,1,0,0,0,-1"],
-            ["--sensor-matrix 1,0,0,0,1,0,0,0,-1", "left-handed (determinant -1"],
-        ),
-        (["--sensor-matrix", "1,0,0.2,0,1,0,0,0,1"], ["not orthogonal", "rows 1 and 1 have the product 1.04"]),
-        (["--sensor-matrix", "1,0,0"], ["--sensor-matrix 1,0,0: 3 numbers where 9", "rows of the matrix"]),
-        (["--sensor-rpy-deg", "0,90"], ["--sensor-rpy-deg 0,90: 2 numbers where 3", "roll, pitch and yaw"]),
-        (["--sensor-rpy-deg", "0,0,east"], ["`east`", "not a number"]),
-    ] {
-        refused(&[&files[..], &more].concat(), at, &words);
-    }
-    let both = ["--sensor-rpy-deg", "0,0,0", "--sensor-matrix", "1,0,0,0,1,0,0,0,1"];
-    refused(&[&files[..], &both].concat(), at, &["cannot be used with"]);
 }
 
 #[test]
 fn forces_alone_are_turned_too() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
     let trace = include_str!("../../data/human_texture_exploration/July3_2_force_data_1.csv");
-    write(at, "t.csv", trace);
+    let folder = Folder::with(&[("t.csv", trace)]);
     let turned = matrix([90.0, 0.0, 20.0]);
-    let head: Vec<&str> = trace.lines().next().unwrap().split(',').map(str::trim).collect();
-    let place = |name: &str| head.iter().position(|h| *h == name).unwrap();
-    let [t, x, y, z] = ["Timestamp", "Fx", "Fy", "Fz"].map(place);
+    let column = |name: &str| trace.lines().next().unwrap().split(',').position(|h| h.trim() == name).unwrap();
+    let places = ["Timestamp", "Fx", "Fy", "Fz"].map(column);
     let mut text = "t,A,B,C\n".to_owned();
     for line in trace.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let [x, y, z] = [x, y, z].map(|k| cells[k].parse::<f64>().unwrap());
-        let force_n = [x, y, -z];
+        let [t, x, y, z] = places.map(|k| cells[k]);
+        let force_n = [x.parse::<f64>().unwrap(), y.parse().unwrap(), -z.parse::<f64>().unwrap()];
         let [a, b, c] = [0, 1, 2].map(|k| (0..3).map(|i| turned[i][k] * force_n[i]).sum::<f64>());
-        text += &format!("{},{a},{b},{c}\n", cells[t]);
+        text += &format!("{t},{a},{b},{c}\n");
     }
-    write(at, "turned.csv", &text);
-    let of = |file: &str, more: &[&str]| {
-        let arguments = [&["diagnose", "--force-only", "--measured", file][..], more, &["--out", "d"]].concat();
-        let (code, stdout, stderr) = run(&arguments, at);
-        assert_eq!(code, Some(0), "{stderr}");
-        let report: Value = serde_json::from_slice(&fs::read(at.join("d/report.json")).unwrap()).unwrap();
-        (report, stdout)
+    folder.write("turned.csv", text);
+    let of = |options: &str| {
+        let (stdout, _) = folder.done(&format!("diagnose --force-only --out d {options}"));
+        (folder.json("d/report.json"), stdout)
     };
-    let (plain, _) = of("t.csv", &["--map", "normal=-Fz,x=Fx,y=Fy,t=Timestamp"]);
-    let (report, stdout) = of("turned.csv", &["--map", "t=t,x=A,y=B,normal=C", "--sensor-rpy-deg", "90,0,20"]);
+    let (plain, _) = of("--measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp");
+    let (report, stdout) = of("--measured turned.csv --map t=t,x=A,y=B,normal=C --sensor-rpy-deg 90,0,20");
     assert_eq!(report["verdict"], plain["verdict"]);
     assert_eq!(plain["verdict"], "named");
     let sizes = |report: &Value| -> Vec<f64> {
@@ -178,18 +132,14 @@ fn part(text: &str, keep: impl Fn(usize) -> bool) -> String {
 
 #[test]
 fn appended_runs_give_the_diagnosis_of_one_file_with_all_of_them() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    write(at, "c.csv", CALIBRATION);
-    write(at, "h.csv", HOLDOUT);
-    write(at, "m.csv", MEASURED);
-    let (_, mut all) = diagnose(&["--holdout", "h.csv"], at, "all");
-    write(at, "m.csv", &part(MEASURED, |run| run < 7));
-    write(at, "n1.csv", &part(MEASURED, |run| (7..12).contains(&run)));
-    write(at, "n2.csv", &part(MEASURED, |run| run >= 12));
-    let (_, few) = diagnose(&["--holdout", "h.csv"], at, "grown");
+    let folder = Folder::with(&[("c.csv", CALIBRATION), ("h.csv", HOLDOUT), ("m.csv", MEASURED)]);
+    let (_, mut all) = diagnose(&folder, "--holdout h.csv", "all");
+    folder.write("m.csv", part(MEASURED, |run| run < 7));
+    folder.write("n1.csv", part(MEASURED, |run| (7..12).contains(&run)));
+    folder.write("n2.csv", part(MEASURED, |run| run >= 12));
+    let (_, few) = diagnose(&folder, "--holdout h.csv", "grown");
     assert_ne!(few["effects"], all["effects"]);
-    let (stdout, mut grown) = diagnose(&["--holdout", "h.csv", "--append", "n1.csv", "n2.csv"], at, "grown");
+    let (stdout, mut grown) = diagnose(&folder, "--holdout h.csv --append n1.csv n2.csv", "grown");
     assert!(stdout.contains("With 9 more measured runs: "), "{stdout}");
     assert!(stdout.contains(" became named (hydration bell)."), "{stdout}");
     let [of_all, of_grown] = [&mut all, &mut grown].map(|r| r.as_object_mut().unwrap().remove("input").unwrap());
@@ -200,50 +150,45 @@ fn appended_runs_give_the_diagnosis_of_one_file_with_all_of_them() {
     assert_eq!(Some(runs), of_all[1]["runs"].as_u64());
 
     // A clock that was started again.
-    let restarted: Vec<String> = part(MEASURED, |run| run >= 12)
-        .lines()
-        .enumerate()
-        .map(|(line, row)| {
-            let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
-            if line > 0 {
-                cells[1] = format!("{:.4}", cells[1].parse::<f64>().unwrap() - 644.3814);
-            }
-            cells.join(",")
-        })
-        .collect();
-    let start = part(MEASURED, |run| run == 12).lines().nth(1).unwrap().split(',').nth(1).unwrap().to_owned();
-    write(at, "m.csv", &part(MEASURED, |run| run < 12));
-    write(at, "r.csv", &(restarted.join("\n") + "\n"));
-    let (_, shifted) =
-        diagnose(&["--holdout", "h.csv", "--append", "r.csv", "--append-start-s", &start], at, "shifted");
+    let last = part(MEASURED, |run| run >= 12);
+    let restarted = last.lines().enumerate().map(|(line, row)| {
+        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+        if line > 0 {
+            cells[1] = format!("{:.4}", cells[1].parse::<f64>().unwrap() - 644.3814);
+        }
+        cells.join(",") + "\n"
+    });
+    folder.write("r.csv", restarted.collect::<String>());
+    folder.write("m.csv", part(MEASURED, |run| run < 12));
+    let start = last.lines().nth(1).unwrap().split(',').nth(1).unwrap();
+    let options = format!("--holdout h.csv --append r.csv --append-start-s {start}");
+    let (_, shifted) = diagnose(&folder, &options, "shifted");
     let [a, b] = [&shifted, &grown].map(|report| number(report, "/effects/0/parameters/0/value"));
     assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
 }
 
 #[test]
 fn appended_files_that_do_not_belong_there_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    write(at, "c.csv", CALIBRATION);
-    write(at, "m.csv", &part(MEASURED, |run| run < 12));
     let next = part(MEASURED, |run| run >= 12);
-    write(at, "n.csv", &next);
-    write(at, "same.csv", &next.replace("measured12", "measured3"));
-    write(at, "late.csv", &part(MEASURED, |run| run == 3).replace("measured3", "again"));
-    write(at, "bare.csv", next.lines().next().unwrap());
-    write(at, "calibration.csv", &part(CALIBRATION, |run| run < 3).replace("calibration", "more"));
-    let files = ["diagnose", "--calibration", "c.csv", "--measured", "m.csv", "--out", "d", "--append"];
+    let folder = Folder::with(&[
+        ("c.csv", CALIBRATION),
+        ("m.csv", &part(MEASURED, |run| run < 12)),
+        ("n.csv", &next),
+        ("same.csv", &next.replace("measured12", "measured3")),
+        ("late.csv", &part(MEASURED, |run| run == 3).replace("measured3", "again")),
+        ("bare.csv", next.lines().next().unwrap()),
+        ("calibration.csv", &part(CALIBRATION, |run| run < 3).replace("calibration", "more")),
+    ]);
     for (more, words) in [
-        (&["same.csv"][..], &["same.csv:2", "run_id", "measured3", "an earlier file"][..]),
-        (&["late.csv"], &["late.csv", "t_s", "overlaps", "m.csv", "--append-start-s"]),
-        (&["bare.csv"], &["bare.csv", "1"]),
-        (&["none.csv"], &["none.csv"]),
-        (&["calibration.csv", "--append-start-s", "2000"], &["are calibration runs too"]),
-        (&["n.csv", "--append-start-s", "1,2"], &["--append-start-s: 2 times for 1 file"]),
-        (&["n.csv", "--append-start-s", "nan"], &["--append-start-s NaN"]),
+        ("same.csv", &["same.csv:2", "run_id", "measured3", "an earlier file"][..]),
+        ("late.csv", &["late.csv", "t_s", "overlaps", "m.csv", "--append-start-s"]),
+        ("bare.csv", &["bare.csv", "1"]),
+        ("none.csv", &["none.csv"]),
+        ("calibration.csv --append-start-s 2000", &["are calibration runs too"]),
+        ("n.csv --append-start-s 1,2", &["--append-start-s: 2 times for 1 file"]),
+        ("n.csv --append-start-s nan", &["--append-start-s NaN"]),
     ] {
-        refused(&[&files[..], more].concat(), at, words);
+        folder.refused(&format!("{FILES} --out d --append {more}"), words);
     }
-    let (code, ..) = run(&["diagnose", "--force-only", "--measured", "m.csv", "--append", "n.csv", "--out", "d"], at);
-    assert_eq!(code, Some(2));
+    folder.refused("diagnose --force-only --measured m.csv --append n.csv --out d", &[]);
 }

@@ -1,20 +1,22 @@
-//! The integration tests of the program in one binary: `cargo test --release -p fingerpad-cli --test all eval::` runs those of
-//! one file. `docs.rs` is a binary of its own, since the published package does not contain it.
+//! The tests of the program in one binary. What arguments, files, exit code and texts describe is in the tables of
+//! `tests/cases`; the modules here compute, interrupt or compare runs. `cargo test --release -p fingerpad-cli --test all tables::`
+//! runs the tables.
 
 mod commands;
-#[path = "../common/mod.rs"]
 mod common;
 mod confirm_fe;
 mod design;
 mod diagnosed_logs;
+#[cfg(repository)]
+mod docs;
 mod eval_and_simulate;
 mod first_hour;
-mod geometry_commands;
 mod help_examples;
 mod identify;
 mod limit_surfaces;
+mod models;
 mod own_columns;
 mod pads;
-mod probes;
-mod rigid_bodies;
+mod simulate;
+mod tables;
 mod wrong_files;

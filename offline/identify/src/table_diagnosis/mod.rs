@@ -13,6 +13,8 @@ mod fit;
 mod measured;
 mod outcome;
 mod parameters;
+#[cfg(test)]
+mod planted_tables;
 mod procedure;
 mod reading;
 mod search;

@@ -6,10 +6,11 @@
 
 use fingerpad_diagnose::Verdict;
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
-use fingerpad_identify::table_csv::{Cell, PartialRow};
-use fingerpad_identify::table_diagnosis::{
+
+use super::{
     Answer, Candidate, Effect, Elastic, ElasticPlace, MeasuredTable, Parameter, Search, Surface, Task, Values, predict,
 };
+use crate::table_csv::{Cell, PartialRow};
 
 /// The pad.
 struct Pad;
@@ -163,7 +164,7 @@ fn truths() -> Vec<Vec<(Effect, Parameter, f64)>> {
 }
 
 #[test]
-#[ignore = "minutes: `cargo xtask verify tables`"]
+#[ignore = "weekly"]
 fn no_effect_is_ever_named_wrongly() {
     let eight = [0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8];
     let mut total = Score::default();

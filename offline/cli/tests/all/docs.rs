@@ -1,4 +1,5 @@
-//! The commands of the documents: every command of README and the pages is parsed; the slow tier runs them too.
+//! The commands of the documents: every command of README and the pages is parsed; nightly runs them too. Links lead to
+//! pages and headings that exist.
 //!
 //! A command is a line of a fenced `sh` block. Those of a page run in their order in one temporary folder that holds a
 //! copy of `data`, so that a later one may use the output of an earlier one. `cargo run --release --` and `fingerpad`
@@ -8,6 +9,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+use serde_json::Value;
+
+use crate::common::{Folder, package};
 
 /// Commands that take too long to be run here, by their beginning and why; they are parsed and their input is looked for.
 const LONG: &[(&str, &str)] = &[
@@ -30,31 +35,42 @@ const LONG: &[(&str, &str)] = &[
 const INPUTS: [&str; 9] =
     ["--path", "--config", "--data", "--calibration", "--measured", "--holdout", "--table", "--model", "--runs"];
 
-#[test]
-fn every_command_of_the_documents_is_parsed() {
-    let folder = Sandbox::new();
-    let mut wrong = Vec::new();
+/// The problems of all commands of all pages.
+fn problems(commands: impl Fn(&str) -> Vec<String>, check: impl Fn(&str) -> Result<String, String>) -> String {
+    let mut wrong = String::new();
     for page in pages() {
-        for command in fenced(&fs::read_to_string(&page).unwrap()) {
-            let result = folder.shipped_inputs(&command).and_then(|()| folder.accepts(&command));
-            wrong.extend(result.err().map(|problem| format!("{}: {command}\n    {problem}", page.display())));
+        for command in commands(&fs::read_to_string(&page).unwrap()) {
+            if let Err(problem) = check(&command) {
+                wrong += &format!("{}: {command}\n    {problem}\n", page.display());
+            }
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    wrong
 }
 
 #[test]
-#[ignore = "slow: minutes; `cargo xtask test --slow` runs it"]
+fn every_command_of_the_documents_is_parsed() {
+    let root = root();
+    let wrong = problems(fenced, |command| {
+        inputs(command, |file| !file.starts_with("data/") || root.join(file).exists())?;
+        accepts(command)
+    });
+    // Commands within a sentence have placeholders for files; their options must exist all the same.
+    let wrong = wrong + &problems(inline, accepts);
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+#[ignore = "nightly"]
 fn every_command_of_the_documents_runs() {
     let mut used = BTreeSet::new();
     let mut wrong = Vec::new();
     for page in pages() {
-        let text = fs::read_to_string(&page).unwrap();
-        let folder = Sandbox::new();
-        for command in fenced(&text) {
+        let folder = sandbox();
+        for command in fenced(&fs::read_to_string(&page).unwrap()) {
             let long = LONG.iter().find(|(beginning, _)| command.starts_with(beginning));
             used.extend(long.map(|(beginning, _)| *beginning));
-            let result = if long.is_some() { folder.parse(&command) } else { folder.run(&command) };
+            let result = if long.is_some() { parse(&folder, &command) } else { run(&folder, &command) };
             println!("{}: {command}: {result:?}", page.display());
             wrong.extend(result.err().map(|problem| format!("{}: {command}\n    {problem}", page.display())));
         }
@@ -64,38 +80,20 @@ fn every_command_of_the_documents_runs() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Commands within a sentence have placeholders for files; their options must exist all the same.
-#[test]
-fn every_command_within_a_sentence_is_parsed() {
-    let folder = Sandbox::new();
-    let mut wrong = Vec::new();
-    for page in pages() {
-        for command in inline(&fs::read_to_string(&page).unwrap()) {
-            let result = folder.accepts(&command);
-            wrong.extend(result.err().map(|problem| format!("{}: {command}\n    {problem}", page.display())));
-        }
-    }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
-
 #[test]
 fn every_link_leads_somewhere() {
     let mut wrong = Vec::new();
     for page in pages() {
         let text = fs::read_to_string(&page).unwrap();
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        for link in links.filter(|link| !link.contains("://") && !link.contains(['[', ' '])) {
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
-            if link.contains("://") || link.contains('[') || link.contains(' ') {
-                continue;
-            }
             let target = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
             let there = match fs::read_to_string(&target) {
                 Ok(text) => heading.is_empty() || headings(&text).contains(heading),
                 Err(_) => heading.is_empty() && target.exists(),
             };
-            if !there {
-                wrong.push(format!("{}: {link}", page.display()));
-            }
+            wrong.extend((!there).then(|| format!("{}: {link}", page.display())));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -104,20 +102,20 @@ fn every_link_leads_somewhere() {
 /// The checks themselves: each of these mistakes is found, and the same text without it passes.
 #[test]
 fn a_mistake_in_a_command_is_seen() {
-    let folder = Sandbox::new();
+    let folder = sandbox();
     let text =
         "Text.\n```sh\nfingerpad eval --model data/models/fingertip.fpm \\\n    --path p.csv --out r.csv  # why\n```\n";
     assert_eq!(fenced(text), ["fingerpad eval --model data/models/fingertip.fpm --path p.csv --out r.csv"]);
     assert_eq!(inline("a `fingerpad mesh\n--out F` b `--json` c"), ["fingerpad mesh --out F"]);
 
     let eval = "fingerpad eval --model data/models/fingertip.fpm --path data/examples/path.csv --out r.csv";
-    folder.run(eval).unwrap();
-    folder.parse(eval).unwrap();
+    run(&folder, eval).unwrap();
+    parse(&folder, eval).unwrap();
     for (from, to, expected) in
         [("--model", "--modle", "--modle"), ("path.csv", "paht.csv", "paht.csv"), ("eval", "evaluate", "evaluate")]
     {
         let bad = eval.replace(from, to);
-        for problem in [folder.run(&bad).unwrap_err(), folder.parse(&bad).unwrap_err()] {
+        for problem in [run(&folder, &bad).unwrap_err(), parse(&folder, &bad).unwrap_err()] {
             assert!(problem.contains(expected), "{bad}: {problem}");
         }
     }
@@ -134,8 +132,8 @@ fn a_mistake_in_a_command_is_seen() {
         ("cargo install --path offline/cli", "cargo install --path offline/client"),
         ("cargo build --release", "cargo build --relase"),
     ] {
-        folder.parse(good).unwrap();
-        folder.parse(bad).expect_err(bad);
+        parse(&folder, good).unwrap();
+        parse(&folder, bad).expect_err(bad);
     }
 }
 
@@ -143,21 +141,19 @@ fn a_mistake_in_a_command_is_seen() {
 /// page.
 #[test]
 fn the_first_diagnosis_finds_what_the_examples_hide() {
-    let folder = Sandbox::new();
+    let folder = sandbox();
     let page = fs::read_to_string(root().join("docs/first-diagnosis.md")).unwrap();
-    let command = fenced(&page).remove(0);
-    let printed = folder.run(&command).unwrap();
+    let printed = run(&folder, &fenced(&page)[0]).unwrap();
     let shown = page.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
     assert_eq!(printed.lines().next(), shown.lines().next());
-    let report: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(folder.0.path().join("diagnosis/report.json")).unwrap()).unwrap();
+    let report = folder.json("diagnosis/report.json");
     assert_eq!(report["verdict"], "named");
     assert_eq!(report["effects"].as_array().unwrap().len(), 1);
     assert_eq!(report["effects"][0]["law"], "hydration_bell");
 }
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
+    package().join("../..").canonicalize().unwrap()
 }
 
 /// README, the page for contributors, and all other pages, in a fixed order.
@@ -205,77 +201,59 @@ fn headings(text: &str) -> BTreeSet<String> {
     titles.map(|title| title.chars().filter_map(anchor).collect()).collect()
 }
 
-/// A folder to run commands in.
-struct Sandbox(tempfile::TempDir);
+/// A folder with a copy of `data`.
+fn sandbox() -> Folder {
+    let folder = Folder::new();
+    copy(&root().join("data"), &folder.path("data"));
+    folder
+}
 
-impl Sandbox {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        copy(&root().join("data"), &folder.path().join("data"));
-        Self(folder)
+/// Runs a command of `fingerpad`; returns its standard output.
+fn run(folder: &Folder, command: &str) -> Result<String, String> {
+    let line =
+        command.strip_prefix("fingerpad ").ok_or("is neither run nor on the list of those that are only parsed")?;
+    printed(&mut folder.command(line))
+}
+
+/// Whether a command would be accepted: its options exist, and so do the files that it reads.
+fn parse(folder: &Folder, command: &str) -> Result<String, String> {
+    inputs(command, |file| folder.exists(file))?;
+    accepts(command)
+}
+
+/// Whether those files are there that a command reads.
+fn inputs(command: &str, there: impl Fn(&str) -> bool) -> Result<(), String> {
+    let words: Vec<&str> = command.split(' ').collect();
+    let ours = words[0] == "fingerpad" || words.starts_with(&["cargo", "run", "--release", "--"]);
+    let made_here = words.contains(&"--design").then_some("--runs");
+    let inputs = words.windows(2).filter(|pair| ours && INPUTS.contains(&pair[0]) && made_here != Some(pair[0]));
+    match inputs.map(|pair| pair[1]).find(|file| !there(file)) {
+        Some(file) => Err(format!("{file} is not there")),
+        None => Ok(()),
     }
+}
 
-    /// Runs a command of `fingerpad`; returns its standard output.
-    fn run(&self, command: &str) -> Result<String, String> {
-        let words: Vec<&str> = command.split(' ').collect();
-        match words.split_first() {
-            Some((&"fingerpad", rest)) => printed(self.fingerpad().args(rest)),
-            _ => Err("is neither run nor on the list of those that are only parsed".into()),
+/// Whether the options of a command exist.
+fn accepts(command: &str) -> Result<String, String> {
+    let words: Vec<&str> = command.split(' ').collect();
+    match words[..] {
+        ["fingerpad", ref rest @ ..] | ["cargo", "run", "--release", "--", ref rest @ ..] => {
+            printed(Command::new(env!("CARGO_BIN_EXE_fingerpad")).args(rest).arg("--help"))
         }
-    }
-
-    /// Whether a command would be accepted: its options exist, and so do the files that it reads.
-    fn parse(&self, command: &str) -> Result<String, String> {
-        self.inputs(command, |_| true)?;
-        self.accepts(command)
-    }
-
-    /// Whether the files exist that a command reads from `data`, where no earlier command writes.
-    fn shipped_inputs(&self, command: &str) -> Result<(), String> {
-        self.inputs(command, |file| file.starts_with("data/"))
-    }
-
-    /// Whether those of the files exist that a command reads.
-    fn inputs(&self, command: &str, those: impl Fn(&str) -> bool) -> Result<(), String> {
-        let words: Vec<&str> = command.split(' ').collect();
-        let ours = words[0] == "fingerpad" || words.starts_with(&["cargo", "run", "--release", "--"]);
-        let made_here = words.contains(&"--design").then_some("--runs");
-        let inputs = words.windows(2).filter(|pair| ours && INPUTS.contains(&pair[0]) && made_here != Some(pair[0]));
-        match inputs.map(|pair| pair[1]).find(|file| those(file) && !self.0.path().join(file).exists()) {
-            Some(file) => Err(format!("{file} is not there")),
-            None => Ok(()),
+        ["cargo", "xtask", "verify" | "bench", "python" | "mujoco"]
+        | ["cargo", "xtask", "verify", "tables"]
+        | ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
+        ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
+        ["cargo", "xtask", "bench", name, ref rest @ ..] => {
+            printed(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
         }
-    }
-
-    /// Whether the options of a command exist.
-    fn accepts(&self, command: &str) -> Result<String, String> {
-        let words: Vec<&str> = command.split(' ').collect();
-        match words[..] {
-            ["fingerpad", ref rest @ ..] | ["cargo", "run", "--release", "--", ref rest @ ..] => {
-                printed(self.fingerpad().args(rest).arg("--help"))
-            }
-            ["cargo", "xtask", "verify" | "bench", "python" | "mujoco"] | ["cargo", "xtask", "verify", "tables"] => {
-                Ok(String::new())
-            }
-            ["cargo", "xtask", "verify", ref rest @ ..] => verification_cases(rest),
-            ["cargo", "xtask", "bench", "core" | "bindings"] => Ok(String::new()),
-            ["cargo", "xtask", "bench", name, ref rest @ ..] => {
-                printed(program(&format!("bench_{name}"), "fingerpad-tests")?.args(rest).arg("--help"))
-            }
-            ["cargo", "xtask", ref rest @ ..] => printed(program("xtask", "xtask")?.args(rest).arg("--help")),
-            ["cargo", "install", "--path", folder] => match root().join(folder).join("Cargo.toml").exists() {
-                true => Ok(String::new()),
-                false => Err(format!("{folder} is no package")),
-            },
-            ["cargo", ref rest @ ..] => cargo(rest),
-            _ => Err("is no command that is known here".into()),
+        ["cargo", "xtask", ref rest @ ..] => printed(program("xtask", "xtask")?.args(rest).arg("--help")),
+        ["cargo", "install", "--path", folder] => {
+            let found = root().join(folder).join("Cargo.toml").exists();
+            found.then(String::new).ok_or(format!("{folder} is no package"))
         }
-    }
-
-    fn fingerpad(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_fingerpad"));
-        command.current_dir(self.0.path());
-        command
+        ["cargo", ref rest @ ..] => cargo(rest),
+        _ => Err("is no command that is known here".into()),
     }
 }
 
@@ -288,14 +266,9 @@ fn cargo(words: &[&str]) -> Result<String, String> {
     printed(Command::new(env!("CARGO")).current_dir(root()).args(own).arg("--help"))?;
     let value = |names: &[&str]| own.windows(2).find(|pair| names.contains(&pair[0])).map(|pair| pair[1]);
     let Some(package) = value(&["-p", "--package"]) else { return Ok(String::new()) };
-    let metadata = printed(Command::new(env!("CARGO")).current_dir(root()).args([
-        "metadata",
-        "--no-deps",
-        "--offline",
-        "--format-version",
-        "1",
-    ]))?;
-    let metadata: serde_json::Value = serde_json::from_str(&metadata).map_err(|e| e.to_string())?;
+    let metadata = ["metadata", "--no-deps", "--offline", "--format-version", "1"];
+    let metadata = printed(Command::new(env!("CARGO")).current_dir(root()).args(metadata))?;
+    let metadata: Value = serde_json::from_str(&metadata).map_err(|e| e.to_string())?;
     let packages = metadata["packages"].as_array().ok_or("no packages")?;
     let found = packages.iter().find(|p| p["name"] == package).ok_or(format!("there is no package {package}"))?;
     for kind in ["bin", "test", "bench", "example"] {
@@ -331,8 +304,8 @@ fn program(name: &str, package: &str) -> Result<Command, String> {
     let ours = Path::new(env!("CARGO_BIN_EXE_fingerpad"));
     let program = ours.with_file_name(name).with_extension(std::env::consts::EXE_EXTENSION);
     if !program.exists() {
-        let optimised = ours.parent().is_some_and(|folder| folder.ends_with("release"));
-        let profile = if optimised { "release" } else { "dev" };
+        let folder = ours.parent().and_then(Path::file_name).and_then(|name| name.to_str());
+        let profile = folder.filter(|name| *name != "debug").unwrap_or("dev");
         let arguments = ["build", "--quiet", "--profile", profile, "--package", package, "--bin", name];
         printed(Command::new(env!("CARGO")).current_dir(root()).args(arguments))?;
     }
