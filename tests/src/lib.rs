@@ -4,10 +4,9 @@
 //!   reference and bound. The tests run the cases with [`Effort::Quick`], the binary `verify` with [`Effort::Full`].
 //!   References are closed forms or quadratures of them ([`mod@reference`], [`half_space`]), never an earlier output of
 //!   this code.
-//! * [`calculix`]: the same problems in CalculiX (binary `verify_calculix`).
+//! * [`calculix`]: the same problems in CalculiX (binary `calculix`).
 //! * [`problems`]: the bodies and runs that cases share.
 //! * [`synthetic_truth`]: measured sets with a hidden effect, from a simulator of its own, and their score.
-//! * Binary `planted_faults`: plants faults in a copy of the sources and checks that a quick test fails for each.
 //! * Benches: the binaries `bench_*` and `benches/core.rs`; they time the very problems that the cases check.
 //!
 //! May use every crate of the repository; nothing uses this one.

@@ -20,4 +20,3 @@ mod second_simulator;
 mod shipped;
 mod table;
 mod verification;
-mod words;

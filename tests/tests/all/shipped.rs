@@ -3,7 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad::host::ModelFile;
-use fingerpad_reduce::{Coverage, DesignSettings, Meta, Run, Scores, design, pressure_centre, replay, score};
+use fingerpad::{NODES, Response, SPRINGS};
+use fingerpad_reduce::{
+    Coverage, DesignSettings, Kind, Meta, Run, Sample, Scores, design, in_full_slip, pressure_centre, replay, score,
+};
+use fingerpad_tests::verify;
 
 fn data(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(below)
@@ -62,4 +66,42 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let [all, ..] = Coverage::of(&model, &held_out);
     println!("band: {all:?}");
     assert!((0.93..=0.98).contains(&all.normal) && (0.93..=0.98).contains(&all.friction), "{all:?}");
+
+    // Friction and moment in full slip lie on the limit surface.
+    let (data, cross) = (model.data().cast(), f64::from(model.data().spin_cross));
+    let spins = held_out.iter().filter(|run| matches!(run.kind, Kind::Spin | Kind::SpinSlide | Kind::SpinReversal));
+    let off: Vec<f64> = spins
+        .flat_map(|run| in_full_slip::<SPRINGS, NODES>(&data, run))
+        .map(|row| (row.friction.powi(2) + row.moment.powi(2) + cross * row.friction * row.moment).sqrt() - 1.0)
+        .collect();
+    verify("held-out spins in full slip", "distance from the limit surface, RMS", rms_of(&off), 0.03);
+
+    // What a cycle of the depth at a held slide changes in friction, over the limit.
+    let vibrations = runs.iter().filter(|run| run.kind == Kind::Vibration && run.ended_early.is_none() && !run.spins());
+    let off: Vec<f64> = vibrations.flat_map(|run| changes_by_cycles(run, &replay(&model, run))).collect();
+    verify("vibrations", "change of friction against finite elements, RMS", rms_of(&off), 0.015);
+    verify("vibrations", "the same, largest", off.iter().fold(0.0, |most, d| most.max(*d)), 0.035);
+}
+
+/// Root mean square of at least one number.
+fn rms_of(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Change of friction from before the first cycle to each return to the held depth: model less finite elements, over the limit.
+fn changes_by_cycles(run: &Run, replayed: &[Response]) -> Vec<f64> {
+    let starts = |pair: &[Sample]| {
+        pair[0].slide_mm != [0.0; 2] && pair[1].slide_mm == pair[0].slide_mm && pair[1].depth_mm != pair[0].depth_mm
+    };
+    let Some(start) = run.samples.windows(2).position(starts) else { return vec![] };
+    let held = run.samples[start];
+    let rest = run.samples.iter().zip(replayed).skip(start).take_while(|(s, _)| s.slide_mm == held.slide_mm);
+    let is_back = |sample: &Sample| (sample.depth_mm - held.depth_mm).abs() < 1e-6;
+    let rows: Vec<_> = rest.collect();
+    let change = |(sample, r): (&Sample, &Response), k: usize| {
+        f64::from(r.friction_n[k] - replayed[start].friction_n[k] - sample.friction_n[k] + held.friction_n[k])
+    };
+    let returns = rows.windows(2).filter(|pair| !is_back(pair[0].0) && is_back(pair[1].0));
+    let limit = f64::from(replayed[start].friction_limit_n);
+    returns.map(|pair| change(pair[1], 0).hypot(change(pair[1], 1)) / limit).collect()
 }

@@ -1,18 +1,19 @@
-//! Draws the pictures of README and of the page of the pad.
+//! Draws the pictures of README, of the page of the pad and of the reduced model's history.
 //!
 //! `cargo run --release -p fingerpad-tests --bin pictures -- docs/pictures`
 
+mod history;
 mod pad;
 mod stick_maps;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Parser;
-use fingerpad::host::PadModelFile;
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_reduce::pad::PadModel;
 
 #[derive(Parser)]
-#[command(about = "Draw the pictures of README and of the page of the pad (about two minutes)", name = "pictures")]
+#[command(about = "Draw the pictures of README and of the pages of both models (about two minutes)", name = "pictures")]
 struct Args {
     /// Folder to draw into
     folder: PathBuf,
@@ -22,6 +23,9 @@ struct Args {
     /// Model file of a pad
     #[arg(long, default_value = "data/models/fingertip-pad.fpm")]
     model: PathBuf,
+    /// Model file of a bed of springs
+    #[arg(long, default_value = "data/models/fingertip.fpm")]
+    bed: PathBuf,
 }
 
 type Failure = Box<dyn std::error::Error>;
@@ -37,7 +41,9 @@ fn main() -> Result<(), Failure> {
         println!("{}", file.display());
         Ok(())
     };
-    for (name, bytes) in pad::along_runs(&model, Path::new(&args.runs))? {
+    let bed = ModelFile::new(&std::fs::read(&args.bed)?)?;
+    let history = history::pictures(&bed.file().model, &args.runs)?;
+    for (name, bytes) in pad::along_runs(&model, &args.runs)?.into_iter().chain(history) {
         write(name, &bytes)?;
     }
     write("stick-core.svg", stick_maps::slide()?.as_bytes())?;

@@ -1,18 +1,17 @@
-//! CPU time of ours against CalculiX: frictionless press, and press and slide. Run by `cargo xtask bench calculix`.
+//! CPU time of ours against CalculiX: frictionless press, and press and slide.
 //!
 //! CPU, not clock: user and system time of the whole job. Ours counts from the mesh on (mesh, ordering, symbolic
 //! analysis, run); CalculiX's is that of its process, reading the deck included. One thread each.
-#![cfg(unix)]
 
-use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::Parser;
 use fingerpad_fe::compare_ccx::{Friction, Run, Runner, Step};
 use fingerpad_fe::contact::PenaltySettings;
 use fingerpad_fe::load_path::{Problem, Trajectory};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::calculix::*;
+use fingerpad_tests::calculix::{
+    Case, Law, MU, cpu, press_and_slide, problem, run_calculix, run_calculix_with, short_press,
+};
 
 /// Depth of both benchmarks, mm.
 const DEPTH_MM: f64 = 1.5;
@@ -23,26 +22,12 @@ const CALCULIX_SLIDE_MM: f64 = 0.5;
 /// Elastic slip of our Coulomb run, mm, and stick slope of CalculiX's, MPa/mm.
 const STICK: (f64, f64) = (1e-3, 5.0);
 
-/// CPU time of ours against CalculiX, shape A, bones fixed.
-#[derive(Parser)]
-struct Arguments {
-    /// The coarse mesh instead of the default one.
-    #[arg(long)]
-    quick: bool,
-    /// Time limit of each run of CalculiX by the clock, s; a slide that it cuts is extrapolated.
-    #[arg(long, default_value_t = 1800)]
-    timeout_s: u64,
-}
-
-fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let limit = Duration::from_secs(arguments.timeout_s);
-    let case = Case::new("a", if arguments.quick { MeshPreset::Coarse } else { MeshPreset::Medium });
-    println!("{}, penalty {PENALTY_MPA_PER_MM} MPa/mm", case.line(&case.finger()));
-    println!("CalculiX: {}, C3D8R, SPOOLES, 1 thread", Runner::default().version().unwrap_or_else(|e| panic!("{e}")));
+/// Whether both comparisons meet their marks.
+pub fn run(preset: MeshPreset, limit: Duration) -> bool {
+    let case = Case::new("a", preset);
+    println!("{}", case.line(&case.finger()));
     let press = bench_press(&case, limit);
-    let slide = bench_slide(&case, limit);
-    if press && slide { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    bench_slide(&case, limit) && press
 }
 
 /// Model of the finger in this program.
@@ -63,7 +48,7 @@ fn time_ours(case: &Case, part: Part, law: Law, slides_mm: &[f64], change: impl 
             problem.half = finger.half.as_ref();
         }
         change(&mut problem);
-        run(&problem, &press_and_slide(&[DEPTH_MM], slides_mm))
+        fingerpad_tests::calculix::run(&problem, &press_and_slide(&[DEPTH_MM], slides_mm))
     })
 }
 
