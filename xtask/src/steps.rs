@@ -58,7 +58,7 @@ const STEPS: [Step; 36] = [
     Step("format", Gate, Workspace, rust::format, "rustfmt in every workspace"),
     Step("tests", Gate, Workspace, rust::tests, "Clippy, unit and integration tests, some against CalculiX and Gmsh; 512 cases for each property of the core"),
     Step("doctest", Gate, Workspace, rust::doctests, "examples in the documentation of the code"),
-    Step("firmware", Gate, Others, thumb::gate, "the firmware without panics and doubles, its bounds on instructions, code and stack, one program under QEMU"),
+    Step("firmware", Gate, Others, thumb::gate, "the firmware without panics and doubles, its bounds on instructions, code and stack"),
     Step("c", Gate, Others, c::gate, "the C library in C99: vectors, every answer of a story with the core's bits, misuse"),
     Step("web", Gate, Others, web::gate, "the module for browsers in Node: bits of the core, size, no panic"),
     Step("python", Gate, Others, binding::python_gate, "the Python package: bits of the core, types"),

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
+use defmt_decoder::{DecodeError, Table};
 
 use crate::install::{self, rustup_target};
 use crate::shell::{command, output, root, run};
@@ -41,7 +42,6 @@ pub struct Compiler {
 /// A compiler, with the tools that run and read its programs.
 pub struct Tools {
     compiler: Compiler,
-    defmt_print: PathBuf,
 }
 
 impl std::ops::Deref for Tools {
@@ -72,10 +72,12 @@ impl Compiler {
     /// `cargo` in a workspace's folder with the environment that the route needs.
     pub fn cargo(&self, folder: &str, line: &str) -> Result<Command> {
         let mut cargo = command(folder, &format!("cargo {line}"));
+        // For every build, since a change of it builds all again; stack sizes and Debian's library need it.
+        cargo.env("RUSTC_BOOTSTRAP", "1");
         if let Some(linker) = &self.debian_linker {
             let path = std::env::var_os("PATH").unwrap_or_default();
             let path = std::iter::once(linker.clone()).chain(std::env::split_paths(&path));
-            cargo.env("RUSTC", DEBIAN_COMPILER).env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core");
+            cargo.env("RUSTC", DEBIAN_COMPILER).env("CARGO_UNSTABLE_BUILD_STD", "core");
             cargo.env("PATH", std::env::join_paths(path)?);
         }
         Ok(cargo)
@@ -115,7 +117,7 @@ impl Tools {
     pub fn prepare(route: Route) -> Result<Self> {
         let compiler = Compiler::prepare(route, TARGET)?;
         install::programs(&["qemu-system-arm"])?;
-        Ok(Self { compiler, defmt_print: install::crate_program("defmt-print", DEFMT_PRINT, "")? })
+        Ok(Self { compiler })
     }
 
     /// The file of a firmware binary.
@@ -126,14 +128,21 @@ impl Tools {
     /// One run under QEMU: exit status and decoded log. One instruction lasts 2^`shift` ns of the board's time.
     pub fn emulate(&self, elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, String)> {
         let (status, raw) = qemu(elf, shift, limit)?;
-        let decoded = output(Command::new("sh").args(["-c", "exec \"$0\" -e \"$1\" < \"$2\""]).arg(&self.defmt_print).arg(elf).arg(&raw));
+        let bytes = fs::read(&raw)?;
         fs::remove_file(&raw)?;
-        Ok((status, decoded?))
+        let table = Table::parse(&fs::read(elf)?)?.with_context(|| format!("{} has no log", elf.display()))?;
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&bytes);
+        let mut log = String::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => log += &format!("{}\n", frame.display(false)),
+                Err(DecodeError::UnexpectedEof) => return Ok((status, log)),
+                Err(DecodeError::Malformed) => bail!("a malformed message in the log of {}", elf.display()),
+            }
+        }
     }
 }
-
-/// Version of the program that decodes the firmware's log.
-const DEFMT_PRINT: &str = "1.2.0";
 
 /// Runs a program under QEMU: exit status and the file with its output.
 pub fn qemu(elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, PathBuf)> {
