@@ -270,6 +270,7 @@ fn a_dash_stands_for_standard_input_and_output() {
 
 /// Rows of a logger at 1 kHz cost a step each, also over many minutes; only motion between rows is limited.
 #[test]
+#[ignore = "nightly"]
 fn a_path_of_many_rows_is_followed() {
     let rows = (1..1_100_000).map(|k| f64::from(k) / 1e3).map(|t| format!("{t},{},0,0\n", t.min(1.0)));
     let folder = Folder::with(&[("p.csv", &(format!("{HEAD}\n0,0,0,0\n") + &rows.collect::<String>()))]);

@@ -72,6 +72,7 @@ fn a_folder_of_tables_in_shares_and_collected() {
 
 /// As the Snakefile runs it: one share for each table, then the summary, with the same options.
 #[test]
+#[ignore = "nightly"]
 fn published_constants_are_collected_over_subjects() {
     let folder = Folder::with(&[("quick.toml", COARSE)]);
     for (name, first) in [("anna", "2.6"), ("bert", "2.7")] {
@@ -95,6 +96,7 @@ fn published_constants_are_collected_over_subjects() {
 
 /// A table whose friction falls so steeply that the law's strength falls with pressure: its slides are found.
 #[test]
+#[ignore = "nightly"]
 fn a_strength_that_falls_with_pressure_has_its_slides() {
     let folder = Folder::with(&[("quick.toml", &quick()), ("t.csv", &subject("2.7"))]);
     folder.done("identify --config quick.toml --data t.csv --fast --no-prediction --out o");
