@@ -64,7 +64,7 @@ PAD_GRIPS_N = {
 def held_by_pads(held_object, grip_n, timestep, duration=10.0, **scene):
     """As :func:`held`, with the depth of the left finger, mm, the names of its flags, its largest stable step, s, and whether the
     time step was ever too long while the fingers closed."""
-    model, data = gripped(load_n=0.0, grip_n=0.0, timestep=timestep, held=held_object, model_file=scenes.PAD_FILE, **scene)
+    model, data = gripped(load_n=0.0, grip_n=0.0, timestep=timestep, held=held_object, **{"model_file": scenes.PAD_FILE, **scene})
     data.ctrl[0] = grip_n
     too_long = False
     for _ in range(round(CLOSE_S / timestep)):

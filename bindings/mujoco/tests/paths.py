@@ -4,6 +4,7 @@ import functools
 
 import mujoco
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 import fingerpad_mujoco
@@ -16,6 +17,16 @@ HALF = 0.03
 TOP = np.array([0.0, 0.0, 1e3 * HALF])
 #: The plugin's own when none is given.
 PAD_RADIUS_MM = 21.0
+PAD = dict(model_file=scenes.PAD_FILE)
+NO_DAMPING = dict(damping_slide_n_s_per_m=0, damping_spin_n_m_s_per_rad=0, damping_normal_n_s_per_m=0)
+#: Place and turn of an object at rest.
+STILL = (np.zeros(3), Rotation.identity())
+
+
+def first_of(value, *others):
+    """Values of a parameter; all but the first are nightly."""
+    nightly = (pytest.param(*(other if isinstance(other, tuple) else (other,)), marks=pytest.mark.nightly) for other in others)
+    return [value, *nightly]
 
 
 def scene(geom="box", radius=HALF, **attributes):
@@ -114,6 +125,41 @@ def lead(model, data, finger, object=None):
 def model_and_data(**options):
     model = mujoco.MjModel.from_xml_string(scene(**options))
     return model, mujoco.MjData(model)
+
+
+def lead_along(path, where=finger_at, pose_of=lambda i: STILL, **options):
+    """The contacts along a path. `where` places the finger against an object at the origin, `pose_of` the object at each step."""
+    model, data = model_and_data(**options)
+    contacts = []
+    for i, row in enumerate(path):
+        (at, axes), (moved, turn) = where(row), pose_of(i)
+        contacts.append(lead(model, data, (moved + turn.apply(at), turn * axes), (moved, turn)))
+    return contacts
+
+
+def tumbling(seed, steps):
+    """Place and turn of an object that moves at random, for `lead_along`."""
+    random = np.random.default_rng(seed)
+    turns = Rotation.from_rotvec(np.cumsum(random.normal(0, 0.01, (steps, 3)), axis=0))
+    places = np.cumsum(random.normal(0, 0.3, (steps, 3)), axis=0)
+    return lambda i: (places[i], turns[i])
+
+
+def reference_along(finger, path):
+    """The responses of a finger of the C library along a path on a plane: slide and turn of the plane in the finger's axes, the pose
+    as well for a pad."""
+    answers, last = [], None
+    for row in path:
+        depth, x, y, turn, pitch, roll = row
+        motion = [0.0, 0.0, 0.0]
+        if last is not None:
+            middle = 0.5 * (turn + last[3])
+            u, v = x - last[1], y - last[2]
+            motion = [-(u * np.cos(middle) + v * np.sin(middle)), -(v * np.cos(middle) - u * np.sin(middle)), last[3] - turn]
+        pose = (30 + np.degrees(pitch), np.degrees(roll)) if isinstance(finger, PadFinger) else ()
+        answers.append(finger.step(depth, *motion, *pose))
+        last = row
+    return answers
 
 
 def wandering(seed, steps=600):

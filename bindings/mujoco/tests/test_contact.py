@@ -5,26 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import fingerpad_mujoco
 import paths
 import scenes
 from reference import RESPONSE, Finger
 
 NAMES = [name for name in RESPONSE if not name.startswith("band")]
-
-def reference_along(path):
-    """The same path through the C library: slide and turn of the plane, in the finger's axes."""
-    finger, answers, last = Finger(scenes.MODEL_FILE), [], None
-    for row in path:
-        depth, x, y, turn, *_ = row
-        motion = [0.0, 0.0, 0.0]
-        if last is not None:
-            middle = 0.5 * (turn + last[3])
-            u, v = x - last[1], y - last[2]
-            motion = [-(u * np.cos(middle) + v * np.sin(middle)), -(v * np.cos(middle) - u * np.sin(middle)), last[3] - turn]
-        answers.append(finger.step(depth, *motion))
-        last = row
-    return answers
 
 
 def assert_same(contacts, answers, tolerance=2e-4):
@@ -36,14 +21,13 @@ def assert_same(contacts, answers, tolerance=2e-4):
         assert np.abs(seen - own).max() <= tolerance * scale, (name, np.abs(seen - own).max() / scale)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", paths.first_of(1, 2, 3))
 def test_a_path_gives_what_the_reduced_model_gives(seed):
     path = paths.wandering(seed)
-    model, data = paths.model_and_data()
-    contacts = [paths.lead(model, data, paths.finger_at(row), (np.zeros(3), Rotation.identity())) for row in path]
+    contacts = paths.lead_along(path)
     assert sum(c["normal_force_n"] > 0 for c in contacts) > 300
     assert max(abs(c["spin_moment_n_mm"]) for c in contacts) > 1.0
-    assert_same(contacts, reference_along(path))
+    assert_same(contacts, paths.reference_along(Finger(scenes.MODEL_FILE), path))
 
 
 def test_a_straight_path_gives_the_same_bits():
@@ -64,23 +48,20 @@ def test_a_straight_path_gives_the_same_bits():
 @pytest.mark.parametrize("face", range(6))
 def test_all_faces_of_a_box_and_all_motions_of_the_two_are_alike(face):
     path = paths.wandering(4, steps=300)
-    model, data = paths.model_and_data()
-    random = np.random.default_rng(11)
-    turns = Rotation.from_rotvec(np.cumsum(random.normal(0, 0.01, (300, 3)), axis=0))
-    places = np.cumsum(random.normal(0, 0.3, (300, 3)), axis=0)
-    contacts = []
-    for row, turn, moved in zip(path, turns, places):
+
+    def on_face(row):
         at, axes = paths.finger_at(row)
-        brought = turn * paths.FACES[face]
-        contacts.append(paths.lead(model, data, (moved + brought.apply(at), brought * axes), (moved, turn)))
+        return paths.FACES[face].apply(at), paths.FACES[face] * axes
+
+    contacts = paths.lead_along(path, on_face, paths.tumbling(11, 300))
     assert {c["face"] for c in contacts} == {face + 1.0}
-    assert_same(contacts, reference_along(path))
+    assert_same(contacts, paths.reference_along(Finger(scenes.MODEL_FILE), path))
 
 
 def test_contact_is_only_on_the_face_below():
     model, data = paths.model_and_data()
     edge = 1e3 * paths.HALF
-    object_at = (np.zeros(3), Rotation.identity())
+    object_at = paths.STILL
     upright = Rotation.identity()
 
     def normal(at, axes=upright):
@@ -131,7 +112,7 @@ def test_strength_comes_from_attribute_and_userdata():
         data.userdata[2] = [0, 1.4, 0.6][i // 20]
         finger.set_strength_factor(0.5 * [1, 1.4, 0.6][i // 20])
         x += 0.2
-        contact = paths.lead(model, data, (paths.TOP + [-x, 0, -1], Rotation.identity()), (np.zeros(3), Rotation.identity()))
+        contact = paths.lead(model, data, (paths.TOP + [-x, 0, -1], Rotation.identity()), paths.STILL)
         own = finger.step(1.0, 0.0 if i == 0 else 0.2)
         assert contact["friction_x_n"] == pytest.approx(own.friction_x_n, rel=1e-4)
         assert contact["friction_limit_n"] == pytest.approx(own.friction_limit_n, rel=1e-4)
@@ -139,7 +120,7 @@ def test_strength_comes_from_attribute_and_userdata():
 
 def test_the_sensor_reads_nothing_with_passive_forces_off():
     model, data = paths.model_and_data()
-    at = (paths.finger_at([1.0, 0, 0, 0, 0, 0]), (np.zeros(3), Rotation.identity()))
+    at = (paths.finger_at([1.0, 0, 0, 0, 0, 0]), paths.STILL)
     assert paths.lead(model, data, *at)["normal_force_n"] > 0.1
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
     assert paths.lead(model, data, *at)["normal_force_n"] == 0

@@ -8,6 +8,7 @@ import pytest
 import reference
 
 
+@pytest.mark.nightly
 def test_a_firm_grip_turns_the_lid_and_reaches_back():
     first, second = jar.turn(jar.HOLDS_N)["angles_deg"]
     assert 55 < first < 72
@@ -15,12 +16,14 @@ def test_a_firm_grip_turns_the_lid_and_reaches_back():
     assert second - first == pytest.approx(first, abs=6)
 
 
+@pytest.mark.nightly
 def test_the_step_hardly_matters():
     [coarse] = jar.turn(jar.HOLDS_N, strokes=1, timestep=0.002)["angles_deg"]
     [fine] = jar.turn(jar.HOLDS_N, strokes=1, timestep=0.0005)["angles_deg"]
     assert coarse == pytest.approx(fine, abs=1.5)
 
 
+@pytest.mark.nightly
 def test_a_weak_grip_slips():
     result = jar.turn(jar.SLIPS_N, strokes=1)
     assert abs(result["angles_deg"][0]) < 5

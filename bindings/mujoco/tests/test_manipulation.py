@@ -4,6 +4,8 @@ import hold
 import pytest
 import scenes
 
+pytestmark = pytest.mark.nightly
+
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6])
 def test_a_torque_about_the_pinch_axis_meets_the_moment_of_the_pad(share):

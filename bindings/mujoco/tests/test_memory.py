@@ -10,6 +10,7 @@ from mujoco import rollout
 
 import fingerpad_mujoco
 import scenes
+from paths import PAD, first_of
 from reference import Finger
 
 
@@ -22,7 +23,7 @@ def whole(model, data):
 
 
 #: Both models of the finger, and what they may hold.
-SCENES = [dict(), dict(model_file=scenes.PAD_FILE), dict(model_file=scenes.PAD_FILE, held="ball")]
+SCENES = [dict(), PAD, PAD | dict(held="ball")]
 of_every_kind = pytest.mark.parametrize("scene", SCENES, ids=["bed", "pad", "pad and ball"])
 
 
@@ -33,7 +34,7 @@ def shaken(**scene):
 
 
 @of_every_kind
-@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast", "discrete"])
+@pytest.mark.parametrize("integrator", first_of("RK4", "Euler", "implicit", "implicitfast", "discrete"))
 def test_steps_that_were_tried_leave_nothing(integrator, scene):
     model, plain = shaken(integrator=integrator, **scene)
     tried = copy.copy(plain)

@@ -1,10 +1,10 @@
 """The pad on planes and round geoms: against its C library, against itself in other places, and its energy."""
 
-import mujoco
 import numpy as np
 import paths
 import pytest
 import scenes
+from paths import PAD, STILL, first_of
 from reference import CYLINDER, SPHERE, PadFinger
 from scipy.spatial.transform import Rotation
 from test_contact import assert_same
@@ -12,55 +12,28 @@ from test_passive import taken_by_cycles
 
 import fingerpad_mujoco
 
-PAD = dict(model_file=scenes.PAD_FILE)
-STILL = (np.zeros(3), Rotation.identity())
 ROUND = ["ball", "egg", "rod", "capsule"]
 
-def reference_along(path):
-    """A path on a plane through the C library: the plane's motion in the finger's axes."""
-    finger, answers, last = PadFinger(scenes.PAD_FILE), [], None
-    for row in path:
-        depth, x, y, turn, pitch, roll = row
-        motion = [0.0, 0.0, 0.0]
-        if last is not None:
-            middle = 0.5 * (turn + last[3])
-            u, v = x - last[1], y - last[2]
-            motion = [-(u * np.cos(middle) + v * np.sin(middle)), -(v * np.cos(middle) - u * np.sin(middle)), last[3] - turn]
-        answers.append(finger.step(depth, *motion, 30 + np.degrees(pitch), np.degrees(roll)))
-        last = row
-    return answers
 
-
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", paths.first_of(1, 2, 3))
 def test_a_path_in_changing_poses_gives_what_the_pad_gives(seed):
     path = paths.wandering(seed)
-    model, data = paths.model_and_data(**PAD)
-    contacts = [paths.lead(model, data, paths.pad_at(row), STILL) for row in path]
+    contacts = paths.lead_along(path, paths.pad_at, **PAD)
     assert sum(c["normal_force_n"] > 0 for c in contacts) > 300
     assert max(abs(c["spin_moment_n_mm"]) for c in contacts) > 1.0
     # Where hardly anything touches, shares and places belong to no patch.
-    both = [(c, r) for c, r in zip(contacts, reference_along(path)) if r.normal_force_n == 0 or r.normal_force_n > 1e-3]
+    both = [(c, r) for c, r in zip(contacts, paths.reference_along(PadFinger(scenes.PAD_FILE), path)) if r.normal_force_n == 0 or r.normal_force_n > 1e-3]
     assert len(both) > 0.95 * len(path)
     assert_same(*zip(*both), tolerance=2e-3)
     flat = path * [1, 1, 1, 1, 0, 0]
-    still = max(abs(c["normal_force_n"] - r.normal_force_n) for c, r in zip(contacts, reference_along(flat)))
+    still = max(abs(c["normal_force_n"] - r.normal_force_n) for c, r in zip(contacts, paths.reference_along(PadFinger(scenes.PAD_FILE), flat)))
     assert still > 0.02, "the pose is not followed"
 
 
 @pytest.mark.parametrize("geom", ROUND)
 def test_all_motions_of_finger_and_round_object_are_alike(geom):
     path = paths.wandering(4, steps=300)
-    random = np.random.default_rng(11)
-    turns = Rotation.from_rotvec(np.cumsum(random.normal(0, 0.01, (300, 3)), axis=0))
-    places = np.cumsum(random.normal(0, 0.3, (300, 3)), axis=0)
-    runs = []
-    for turn_of, place_of in ((lambda i: STILL[1], lambda i: STILL[0]), (lambda i: turns[i], lambda i: places[i])):
-        model, data = paths.model_and_data(geom=geom, **PAD)
-        contacts = []
-        for i, row in enumerate(path):
-            (at, axes), turn, moved = paths.pad_at(row), turn_of(i), place_of(i)
-            contacts.append(paths.lead(model, data, (moved + turn.apply(at), turn * axes), (moved, turn)))
-        runs.append(contacts)
+    runs = [paths.lead_along(path, paths.pad_at, pose_of, geom=geom, **PAD) for pose_of in (lambda i: STILL, paths.tumbling(11, 300))]
     still, moving = runs
     assert sum(c["normal_force_n"] > 0 for c in still) > 100
     for name in ("normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm"):
@@ -102,12 +75,12 @@ def test_a_round_geom_is_the_body_of_its_radius(geom, body, pose):
 def test_a_huge_round_geom_is_a_plane(geom):
     path = paths.wandering(7, steps=300)
     radius = 50.0
-    model, data = paths.model_and_data(geom=geom, radius=radius, **PAD)
     top = np.array([0.0, 0.0, 1e3 * radius])
-    contacts = [paths.lead(model, data, paths.pad_at(row, top), STILL) for row in path]
+    contacts = paths.lead_along(path, lambda row: paths.pad_at(row, top), geom=geom, radius=radius, **PAD)
+    answers = paths.reference_along(PadFinger(scenes.PAD_FILE), path)
     for name in ("normal_force_n", "friction_x_n", "friction_y_n"):
         seen = np.array([c[name] for c in contacts])
-        own = np.array([getattr(r, name) for r in reference_along(path)])
+        own = np.array([getattr(r, name) for r in answers])
         assert np.abs(seen - own).max() < 2e-2 * np.abs(own).max(), (name, np.abs(seen - own).max() / np.abs(own).max())
 
 
@@ -164,8 +137,8 @@ def test_force_and_moment_reach_both_bodies(geom):
     np.testing.assert_allclose(counter, -moment - np.cross(1e-3 * turn.apply(at), force), atol=1e-15)
 
 
-@pytest.mark.parametrize("geom", ["box", *ROUND])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("geom", first_of("egg", "box", "ball", "rod", "capsule"))
+@pytest.mark.parametrize("seed", first_of(*range(3)))
 def test_small_closed_paths_that_stick_give_back_what_they_took(geom, seed):
     # All six directions at once by a hundredth of a millimetre and a tenth of a degree: no patch slips, none comes or goes.
     for sense in (1, -1):
@@ -173,6 +146,7 @@ def test_small_closed_paths_that_stick_give_back_what_they_took(geom, seed):
         assert gone > 5e-3 and abs(left) < 2e-4 * gone, (left, gone)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("geom", ["box", *ROUND])
 @pytest.mark.parametrize("slide_mm", [0.01, 2.0])
 def test_large_closed_paths_yield_nothing(geom, slide_mm):
@@ -185,6 +159,7 @@ def test_large_closed_paths_yield_nothing(geom, slide_mm):
     assert slide_mm < 1 or min(shares) > 0.2, shares
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("geom", ["box", "ball", "rod"])
 def test_poses_beyond_the_range_yield_nothing(geom):
     # Pitch and roll by 43 degrees either way, held by the pad at 40 and 20, and at 30.

@@ -6,15 +6,14 @@ import numpy as np
 import paths
 import pytest
 import scenes
+from paths import PAD, STILL
 from reference import Finger
-from scipy.spatial.transform import Rotation
 
 import fingerpad_mujoco
 
-PAD = dict(model_file=scenes.PAD_FILE)
-STILL = (np.zeros(3), Rotation.identity())
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", hold.THIN_GRIPS_N)
 @pytest.mark.parametrize("name", hold.THIN)
@@ -27,6 +26,7 @@ def test_pads_hold_a_thin_or_light_object(name, grip_n, timestep):
     assert held["flags"] == (["beyond_edge"] if name == "die" and grip_n >= 3.0 else []) and not held["too_long"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", [0.3, 0.5, 1.0, 1.5])
 def test_pads_hold_a_pen_of_8_mm(grip_n, timestep):
@@ -34,6 +34,7 @@ def test_pads_hold_a_pen_of_8_mm(grip_n, timestep):
     assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 0.1, held
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("integrator", ["RK4", "implicit", "implicitfast"])
 @pytest.mark.parametrize("name", ["die", "card"])
 def test_pads_hold_a_light_object_with_other_integrators(name, integrator):
@@ -41,6 +42,7 @@ def test_pads_hold_a_light_object_with_other_integrators(name, integrator):
     assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 0.1, held
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("name", ["die", "card"])
 def test_beds_hold_a_light_object(name, timestep):
@@ -48,6 +50,7 @@ def test_beds_hold_a_light_object(name, timestep):
     assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 0.1, held
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("grip_n, is_held", [(0.3, True), (1.0, True), (5.0, False)])
 def test_beside_mujocos_own_contact_at_its_best(grip_n, is_held):
     # With 5 N its spheres go through the key.
@@ -107,6 +110,7 @@ def largest_vibration_mm(model, data):
     return np.ptp(places, axis=0).max()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "scene",
     [
