@@ -20,6 +20,8 @@ import pytest
 import fingerpad
 from fingerpad import InputError, Interrupted, Model, NumericsError, Progress
 
+pytestmark = pytest.mark.nightly
+
 #: Largest difference from the program that cargo built for this machine's processor, relative: it fuses multiplications with
 #: additions, which a wheel for all processors does not, and iterations end within their tolerance of 1e-6.
 BETWEEN_BUILDS = 1e-4

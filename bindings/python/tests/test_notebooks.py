@@ -9,6 +9,7 @@ import nbclient
 import nbformat
 import pytest
 
+pytestmark = pytest.mark.nightly
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 
 

@@ -13,27 +13,23 @@ from conftest import ROOT, SEED, differences, disturbed_bed_path, follow
 import fingerpad_warp as fw
 
 FORCES = ("normal_force_n", "friction_x_n", "friction_y_n")
-STEPS, COUNT = 10_000, 4
+STEPS, MORE_STEPS, COUNT = 1000, 10_000, 4
 
 
-def paths_of(spin: bool) -> dict[str, Any]:
-    path = disturbed_bed_path(STEPS, COUNT)
+def both(model: fw.Model, device: str, spin: bool, steps: int, changed: fw.Model | None = None) -> tuple[Any, Any]:
+    """The responses of Warp and of the core to disturbed steps of several fingers."""
+    path = disturbed_bed_path(steps, COUNT)
     if not spin:
         del path["spin_rad"]
-    return path
-
-
-def both(model: fw.Model, device: str, spin: bool, changed: fw.Model | None = None) -> tuple[Any, Any]:
-    """The responses of Warp and of the core to 10 000 disturbed steps of several fingers."""
-    path = paths_of(spin)
     reference = fingerpad.Fingers(fingerpad.Model.from_bytes(model.to_bytes()), COUNT, spin=spin)
     found = follow(fw.Fingers(changed or model, COUNT, spin=spin, device=device), path)
     return found, follow(reference, path, outputs="all")
 
 
+@pytest.mark.parametrize("steps", [STEPS, pytest.param(MORE_STEPS, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("spin", [False, True], ids=["plain", "spin"])
-def test_numbers_of_the_core(model: fw.Model, device: str, spin: bool) -> None:
-    found, expected = both(model, device, spin)
+def test_numbers_of_the_core(model: fw.Model, device: str, spin: bool, steps: int) -> None:
+    found, expected = both(model, device, spin, steps)
     largest = expected["friction_limit_n"].max()
     assert set(np.unique(expected["regime"])) == {0, 1, 2, 3}, "the path shows every regime"
     flags = np.bitwise_or.reduce(expected["status"], axis=None)
@@ -48,12 +44,13 @@ def test_numbers_of_the_core(model: fw.Model, device: str, spin: bool) -> None:
             np.testing.assert_array_equal(found[name], expected[name], err_msg=f"seed {SEED}: {name}")
 
 
+@pytest.mark.nightly
 def test_a_changed_model_is_noticed(model: fw.Model, device: str) -> None:
     """The comparison fails where a table is wrong by 3e-5."""
     changed = fw.Model.from_bytes(model.to_bytes())
     changed.rows = changed.rows.copy()
     changed.rows[:, 31:39] *= np.float32(1 + 3e-5)
-    found, expected = both(model, device, False, changed)
+    found, expected = both(model, device, False, MORE_STEPS, changed)
     assert differences(found, expected, FORCES).max() > 3e-6 * expected["friction_limit_n"].max()
 
 

@@ -10,6 +10,8 @@ import warp as wp
 
 from fingerpad_warp import _bed, mujoco
 
+pytestmark = pytest.mark.nightly
+
 #: Compute capability of an A100, the least of a data-centre GPU in common use.
 ARCHITECTURE = 80
 

@@ -13,6 +13,7 @@ import pytest
 import warp as wp
 from conftest import ROOT
 
+pytestmark = pytest.mark.nightly
 PAGE = ROOT / "docs/my-simulation-warp.md"
 
 

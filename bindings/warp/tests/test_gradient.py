@@ -11,6 +11,7 @@ from conftest import SEED
 
 import fingerpad_warp as fw
 
+pytestmark = pytest.mark.nightly
 COUNT = 256
 OUTPUTS = ("normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "slip_margin", "stick_ratio", "friction_limit_n")
 #: Step of the finite differences to either side: mm, rad, and of the strength factor.

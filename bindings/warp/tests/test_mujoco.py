@@ -16,6 +16,7 @@ from conftest import DEVICES, MODEL, SEED
 
 import fingerpad_warp as fw
 
+pytestmark = pytest.mark.nightly
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 import scenes  # noqa: E402
 
