@@ -1,5 +1,12 @@
 //! A number beside its reference.
 
+use std::cell::RefCell;
+
+thread_local! {
+    /// What [`verify`](crate::verify) has recorded in this thread.
+    pub(crate) static RECORDED: RefCell<Vec<Check>> = const { RefCell::new(Vec::new()) };
+}
+
 /// One row of the verification table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {

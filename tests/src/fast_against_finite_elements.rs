@@ -1,7 +1,7 @@
 //! The reduced models along finite-element runs that no fit has seen: the table in `data/reference` and its page.
 //!
-//! Main types: [`Models`], [`Entry`]. [`chosen_runs`] states which runs the table holds; [`to_csv`] and [`from_csv`] write and read it;
-//! `page` makes the page's tables.
+//! Main types: [`Models`], [`Entry`]. [`chosen_runs`] states which runs the table holds; [`to_csv`] writes it and [`from_csv`] reads
+//! its forces; `page` makes the page's tables.
 
 mod page;
 
@@ -9,14 +9,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use fingerpad::Regime;
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_fe::contact::Outline;
-use fingerpad_fe::experiment::{Config, RigidBodySettings};
-use fingerpad_fe::load_path::{Drive, Path as LoadPath, Turn};
+use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadModel, replay as replay_pad};
-use fingerpad_reduce::{Kind, Run, Sample, Turned, replay as replay_springs};
+use fingerpad_reduce::{Kind, Run, Sample, replay as replay_springs};
 
 pub use page::{charts, with_tables};
 
@@ -46,6 +44,8 @@ const RUN_COLUMNS: [&str; 6] = ["run", "kind", "body", "radius_mm", "axis_deg", 
 const MOTION_COLUMNS: [&str; 7] = ["t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "spin_deg", "pitch_deg", "roll_deg"];
 const FORCE_COLUMNS: [&str; 4] = ["normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm"];
 const ERROR_COLUMNS: [&str; 3] = ["normal_error_percent", "friction_error_percent", "moment_error_percent"];
+/// Columns before those of the models: of the run, its motion, and the forces and area of the finite elements.
+pub const COLUMNS_OF_RUN: usize = RUN_COLUMNS.len() + MOTION_COLUMNS.len() + FORCE_COLUMNS.len() + 1;
 
 /// Normal force, friction along x and y, N, and moment about the normal, N mm.
 pub type Forces = [f64; 4];
@@ -59,7 +59,7 @@ pub struct Models {
 
 /// A run of the table: its motion with the forces of the finite elements, and the forces of every model.
 pub struct Entry {
-    /// The run; of one that was read from the table, what the table holds.
+    /// The run.
     pub run: Run,
     /// Forces of each of [`MODELS`] at every sample; None of a model that the motion is not for.
     pub forces: Vec<Option<Vec<Forces>>>,
@@ -131,10 +131,15 @@ pub fn chosen_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
     Ok(of_kind.into_iter().flat_map(first).collect())
 }
 
-/// Forces of the finite elements.
+/// Forces of the finite elements, rounded as in the table.
 pub fn elements(s: &Sample) -> Forces {
     let [x, y] = s.friction_n;
-    [s.normal_force_n, x, y, s.turned.map_or(0.0, |t| t.moment_n_mm[2])].map(f64::from)
+    [s.normal_force_n, x, y, s.turned.map_or(0.0, |t| t.moment_n_mm[2])].map(|x| rounded(x.into(), 5))
+}
+
+/// A number with that many decimals.
+fn rounded(x: f64, count: usize) -> f64 {
+    decimals(x, count).parse().expect("a number")
 }
 
 impl Entry {
@@ -144,7 +149,7 @@ impl Entry {
         let [lambda, beta] = LAW;
         let [normal, friction] = self.run.samples.iter().fold([1e-9; 2], |[normal, friction], s| {
             let [n, x, y, _] = elements(s);
-            let even = 0.5 * lambda * n.max(0.0).powf(beta) * f64::from(s.contact_area_mm2).powf(1.0 - beta);
+            let even = 0.5 * lambda * n.max(0.0).powf(beta) * rounded(s.contact_area_mm2.into(), 3).powf(1.0 - beta);
             [f64::max(normal, n), friction.max(x.hypot(y)).max(even)]
         });
         [normal, friction, ARM_MM * friction]
@@ -215,100 +220,35 @@ fn decimals(x: f64, count: usize) -> String {
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { text.replace('-', "") } else { text }
 }
 
-/// Reads the table.
+/// The runs with the forces that the table states of each model.
 ///
 /// # Errors
-/// Other columns, or a cell that is not what its column holds, with its line.
-pub fn from_csv(text: &str) -> Result<Vec<Entry>, Failure> {
+/// Other columns, another number of rows, or a force that is no number.
+pub fn from_csv(text: &str, runs: Vec<Run>) -> Result<Vec<Entry>, Failure> {
     let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
-    let wanted = columns();
-    if header != wanted {
-        return Err(format!("the columns are {header:?}, not {wanted:?}").into());
+    let columns = columns();
+    if lines.next() != Some(columns.join(",").as_str()) {
+        return Err(format!("the columns are not {columns:?}").into());
     }
-    let mut entries: Vec<Entry> = Vec::new();
-    for (k, line) in lines.enumerate() {
-        let at = |e: Failure| -> Failure { format!("line {}: {e}", k + 2).into() };
-        let cells: Vec<&str> = line.split(',').collect();
-        if cells.len() != wanted.len() {
-            return Err(at(format!("{} cells, not {}", cells.len(), wanted.len()).into()));
+    let of_model = FORCE_COLUMNS.len() + ERROR_COLUMNS.len();
+    let mut entries = Vec::new();
+    for run in runs {
+        let mut forces = vec![None; MODELS.len()];
+        for _ in &run.samples {
+            let cells: Vec<&str> = lines.next().ok_or("too few rows")?.split(',').collect();
+            for (model, forces) in forces.iter_mut().enumerate() {
+                let at = COLUMNS_OF_RUN + model * of_model;
+                let cells = cells.get(at..at + FORCE_COLUMNS.len()).ok_or("too few cells")?;
+                if !cells[0].is_empty() {
+                    let mut row: Forces = [0.0; 4];
+                    for (force, cell) in row.iter_mut().zip(cells) {
+                        *force = cell.parse().map_err(|e| format!("`{cell}`: {e}"))?;
+                    }
+                    forces.get_or_insert_with(Vec::new).push(row);
+                }
+            }
         }
-        let (of_run, rest) = cells.split_at(RUN_COLUMNS.len());
-        if entries.last().is_none_or(|entry| entry.run.name != of_run[0]) {
-            entries.push(empty_entry(of_run).map_err(at)?);
-        }
-        let entry = entries.last_mut().expect("one was appended");
-        append_row(entry, rest).map_err(at)?;
+        entries.push(Entry { run, forces });
     }
-    Ok(entries)
+    if lines.next().is_some() { Err("too many rows".into()) } else { Ok(entries) }
 }
-
-/// An entry without rows.
-fn empty_entry(of_run: &[&str]) -> Result<Entry, Failure> {
-    let [name, kind, body, dimensions @ ..] = of_run else { return Err("no run".into()) };
-    let optional = |cell: &str| -> Result<Option<f64>, Failure> {
-        if cell.is_empty() { Ok(None) } else { Ok(Some(cell.parse()?)) }
-    };
-    let body = RigidBodySettings {
-        kind: serde_json::from_str(&format!("{body:?}"))?,
-        radius_mm: optional(dimensions[0])?,
-        axis_deg: optional(dimensions[1])?,
-        angle_deg: optional(dimensions[2])?,
-        file: None,
-    };
-    let run = Run {
-        name: (*name).to_owned(),
-        kind: serde_json::from_str(&format!("{kind:?}"))?,
-        held_out: true,
-        settings_hash: String::new(),
-        body,
-        path: LoadPath::new([Drive::Displacement; 3], Vec::new()),
-        samples: Vec::new(),
-        ended_early: None,
-        cpu_s: 0.0,
-    };
-    Ok(Entry { run, forces: vec![None; MODELS.len()] })
-}
-
-/// Appends a row. The path of a run takes the turns that its rows have: by them it is decided which models it is for.
-fn append_row(entry: &mut Entry, cells: &[&str]) -> Result<(), Failure> {
-    let number = |cell: &str| -> Result<f32, Failure> { cell.parse().map_err(|e| format!("`{cell}`: {e}").into()) };
-    let (of_fe, of_models) = cells.split_at(MOTION_COLUMNS.len() + FORCE_COLUMNS.len() + 1);
-    let n = of_fe.iter().map(|cell| number(cell)).collect::<Result<Vec<f32>, _>>()?;
-    let turned = Turned { spin_deg: n[4], pitch_deg: n[5], roll_deg: n[6], moment_n_mm: [0.0, 0.0, n[10]] };
-    let turns = &mut entry.run.path.turns;
-    let first = entry.run.samples.first().and_then(|s| s.turned).unwrap_or(turned);
-    let turn = |has: bool, slot: &mut Option<Turn>| {
-        if has && slot.is_none() {
-            *slot = Some(Turn { drive: Drive::Displacement, values: Vec::new() });
-        }
-    };
-    turn(turned.spin_deg != first.spin_deg, &mut turns.spin);
-    turn(turned.pitch_deg != NEUTRAL_PITCH_DEG, &mut turns.pitch);
-    turn(turned.roll_deg != 0.0, &mut turns.roll);
-    entry.run.samples.push(Sample {
-        t_s: n[0],
-        depth_mm: n[1],
-        slide_mm: [n[2], n[3]],
-        normal_force_n: n[7],
-        friction_n: [n[8], n[9]],
-        contact_area_mm2: n[11],
-        stick_ratio: 0.0,
-        regime: Regime::NoContact,
-        turned: Some(turned),
-    });
-    for (model, cells) in of_models.chunks(FORCE_COLUMNS.len() + ERROR_COLUMNS.len()).enumerate() {
-        if cells[0].is_empty() {
-            continue;
-        }
-        let mut forces = [0.0; 4];
-        for (force, cell) in forces.iter_mut().zip(cells) {
-            *force = cell.parse().map_err(|e| format!("`{cell}`: {e}"))?;
-        }
-        entry.forces[model].get_or_insert_with(Vec::new).push(forces);
-    }
-    Ok(())
-}
-
-/// Pitch of the pose of the springs, degrees.
-const NEUTRAL_PITCH_DEG: f32 = 30.0;

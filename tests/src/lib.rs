@@ -1,7 +1,7 @@
 //! Tests of the code against analysis, another code and hidden truths.
 //!
-//! * [`cases`]: verification. A [`Case`] is a function of [`Effort`] that returns [`Check`]s, numbers beside their
-//!   reference and bound. The tests run the cases with [`Effort::Quick`], the binary `verify` with [`Effort::Full`].
+//! * [`cases`]: verification, one list. A [`Case`] returns [`Check`]s, numbers beside their reference and bound. The tests run
+//!   the cases with [`Effort::Quick`], the binary `verify` with [`Effort::Full`].
 //!   References are closed forms or quadratures of them ([`mod@reference`], [`half_space`]), never an earlier output of
 //!   this code.
 //! * [`calculix`]: the same problems in CalculiX (binary `calculix`).
@@ -29,8 +29,12 @@ pub mod synthetic_truth;
 pub use cases::{CASES, Case, Effort, Failure};
 pub use check::{Check, table};
 
-/// Prints a measured number beside its bound and panics if the number is above it or NaN.
+/// Prints and records a measured number beside its bound.
+///
+/// # Panics
+/// If the number is above the bound or NaN.
 pub fn verify(case: &str, quantity: &str, value: f64, bound: f64) {
     println!("verify: {case} {quantity} = {value:.3e} (pass <= {bound:.1e})");
+    check::RECORDED.with_borrow_mut(|list| list.push(Check::at_most(format!("{case}: {quantity}"), value, bound)));
     assert!(value <= bound, "{case}: {quantity} is {value:e}, above {bound:e}");
 }

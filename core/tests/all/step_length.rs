@@ -61,7 +61,7 @@ fn slow_slip_points_the_way_of_fast_slip() {
 }
 
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn slow_slip_points_the_way_of_fast_slip_with_spin() {
     assert!(largest_turn::<4, 2>("shipped", &shipped()) < 0.2);
 }

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use clap::Parser;
-use fingerpad_diagnose::CORNEOMETER_SD_AU;
 use fingerpad_tests::synthetic_truth::fe_sets::{confirm, sets};
 use fingerpad_tests::synthetic_truth::score::run_with_evidence;
 
@@ -27,7 +26,7 @@ fn main() {
     let (mut claimed, mut good) = (0, 0);
     for set in sets().into_iter().filter(|s| args.laws.is_empty() || args.laws.contains(&s.law)) {
         let started = Instant::now();
-        let (report, evidence) = run_with_evidence(&set.calibration(), &set.measured(), None, CORNEOMETER_SD_AU);
+        let (report, evidence) = run_with_evidence(&set.calibration(), &set.measured(), None);
         let hidden = if set.law.is_empty() { "nothing" } else { &set.law };
         let named: Vec<&str> = report.effects.iter().map(|e| e.law.as_str()).collect();
         if named.is_empty() {

@@ -19,11 +19,12 @@ fn main() -> Result<(), Failure> {
         Ok(())
     };
     let models = Models::read(&root)?;
-    let entries: Vec<_> = chosen_runs(&root.join("data/runs"))?.into_iter().map(|run| models.entry(run)).collect();
+    let runs = chosen_runs(&root.join("data/runs"))?;
+    let entries: Vec<_> = runs.iter().map(|run| models.entry(run.clone())).collect();
     let csv = to_csv(&entries);
     write(TABLE, csv.as_bytes())?;
     // From the numbers of the table, so that a reader of the table finds those of the page.
-    let entries = from_csv(&csv)?;
+    let entries = from_csv(&csv, runs)?;
     let page = std::fs::read_to_string(root.join(PAGE)).map_err(|e| format!("{PAGE}: {e}"))?;
     write(PAGE, with_tables(&page, &entries)?.as_bytes())?;
     write(PICTURE, &traces_png(&charts(&entries))?)

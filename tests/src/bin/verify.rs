@@ -14,7 +14,7 @@ fn main() -> ExitCode {
         match argument.as_str() {
             "--list" => {
                 for case in CASES {
-                    println!("{:<18} {}", case.name, case.about);
+                    println!("{:<28} {}", case.name, case.about);
                 }
                 return ExitCode::SUCCESS;
             }
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
     let mut failed = 0;
     for case in CASES.iter().filter(wanted) {
         let clock = ThreadTime::now();
-        match (case.run)(effort) {
+        match std::panic::catch_unwind(|| (case.run)(effort)).unwrap_or_else(|_| Err("a check failed".into())) {
             Ok(checks) => {
                 failed += checks.iter().filter(|check| !check.passes()).count();
                 print!("{}", table(case.name, &checks));

@@ -31,8 +31,6 @@ const CARRIED_MM: f64 = 0.1;
 pub struct LimitPoint {
     /// Depth, mm.
     pub depth_mm: f64,
-    /// Motion of the plane: along x and y, and spin times [`ARM_MM`]; of length 1.
-    pub direction: Vector3<f64>,
     /// Friction along x and y (N) and moment about the plane's normal under first touch (N mm) in full slip, nodes at the
     /// pole left out.
     pub load: Vector3<f64>,
@@ -44,8 +42,6 @@ pub struct LimitPoint {
     pub over_pressure: Vector3<f64>,
     /// Integral of the law over the pressure of the press without friction.
     pub over_press: Vector3<f64>,
-    /// Normal force of the slide, N.
-    pub normal_force_n: f64,
     /// Stuck share of the area.
     pub stick_ratio: f64,
 }
@@ -98,13 +94,11 @@ pub fn limit_points(
             let at_pole = carried(end.state(), direction);
             points.push(LimitPoint {
                 depth_mm,
-                direction: *direction,
                 load: load(end.state()) - at_pole,
                 at_pole,
                 earlier: load(earlier.state()) - carried(earlier.state(), direction),
                 over_pressure: integral(&law, end.state(), direction),
                 over_press: integral(&law, pressed.state(), direction),
-                normal_force_n: last.normal_force_n,
                 stick_ratio: last.stick_ratio,
             });
         }

@@ -13,7 +13,7 @@ use super::Random;
 use super::effects::{Effect, Influence};
 use super::laboratory::Scatter;
 use super::protocol::Stroke;
-use super::simulator::Simulator;
+use super::simulator::{Simulator, Step, Stepped, readings};
 
 /// Families of the laws that this finger follows without any planted effect.
 pub const OWN_FAMILIES: [&str; 3] = ["speed", "normal_relaxation", "ageing"];
@@ -105,16 +105,6 @@ impl BrushFinger {
         Self { ageing: 0.0, speed: 0.0, relaxing: [0.0; 2], ..self.clone() }
     }
 
-    /// Load at a depth before it relaxes, N.
-    pub fn load(&self, depth_mm: f64) -> f64 {
-        self.load_n * depth_mm.powf(self.load_exponent) * (self.load_rate * (depth_mm - 1.0)).exp()
-    }
-
-    /// Contact area at a depth, mm².
-    pub fn area(&self, depth_mm: f64) -> f64 {
-        (self.area_mm2 * depth_mm.powf(self.area_exponent)).min(LARGEST_AREA_MM2)
-    }
-
     /// The bristles, from the middle outwards: places on a spiral that fills the ellipse evenly [Vogel 1979], mm.
     fn places(&self) -> Vec<[f64; 2]> {
         let turn = PI * (3.0 - 5f64.sqrt());
@@ -165,7 +155,9 @@ struct Bristle {
 
 /// What the finger remembers.
 #[derive(Default)]
-struct Memory {
+pub struct Memory {
+    /// Where the bristles stand, mm.
+    places: Vec<[f64; 2]>,
     plate_mm: [f64; 2],
     /// Bristles in contact, from the middle outwards.
     bristles: Vec<Bristle>,
@@ -205,15 +197,10 @@ fn slipped(traction: [f64; 2], slope: [f64; 2], limit: f64) -> [f64; 2] {
 
 impl Memory {
     /// A step to a depth with a motion of the plate.
-    fn step(
-        &mut self,
-        finger: &BrushFinger,
-        places: &[[f64; 2]],
-        depth_mm: f64,
-        slide_mm: [f64; 2],
-        time_s: f64,
-        influence: &Influence,
-    ) {
+    fn step(&mut self, finger: &BrushFinger, step: &Step<'_>) {
+        let Step { depth_mm, slide_mm, time_s, moment, influence } = *step;
+        let speed = if moment.speed_mm_s > 0.0 { 1.0 + finger.speed * (moment.speed_mm_s / 2.0).ln() } else { 1.0 };
+        let strength = influence.strength * speed;
         let elastic = finger.load(depth_mm);
         let left = finger.relaxation_s.map(|over| decay(time_s, over));
         for k in 0..2 {
@@ -224,13 +211,13 @@ impl Memory {
         self.plate_mm = [0, 1].map(|c| self.plate_mm[c] + slide_mm[c]);
         let load = self.load_n(finger) * influence.stiffness;
         if self.footprint.0 != depth_mm {
-            self.footprint = (depth_mm, finger.footprint(places, finger.area(depth_mm)));
+            self.footprint = (depth_mm, finger.footprint(&self.places, finger.area(depth_mm)));
         }
         let fresh = Bristle { foot_mm: self.plate_mm, ..Bristle::default() };
         self.bristles.resize(self.footprint.1.len(), fresh);
         let rest = 1.0 - finger.relaxing.iter().sum::<f64>();
         for (bristle, &(area, share)) in self.bristles.iter_mut().zip(&self.footprint.1) {
-            let unaged = influence.strength * (finger.tau0_mpa + finger.alpha * load * share / area);
+            let unaged = strength * (finger.tau0_mpa + finger.alpha * load * share / area);
             let mut traction = [0.0; 2];
             // Traction per motion of the plate in this step.
             let mut slope = [0.0; 2];
@@ -283,6 +270,41 @@ impl Memory {
     }
 }
 
+impl Stepped for BrushFinger {
+    type State = Memory;
+
+    fn in_the_air(&self) -> Memory {
+        Memory { places: self.places(), ..Memory::default() }
+    }
+
+    /// Load before it relaxes, N.
+    fn load(&self, depth_mm: f64) -> f64 {
+        self.load_n * depth_mm.powf(self.load_exponent) * (self.load_rate * (depth_mm - 1.0)).exp()
+    }
+
+    fn area(&self, depth_mm: f64) -> f64 {
+        (self.area_mm2 * depth_mm.powf(self.area_exponent)).min(LARGEST_AREA_MM2)
+    }
+
+    fn press(&self) -> [f64; 2] {
+        self.press
+    }
+
+    fn steps(&self, sunk_mm: f64, slide_mm: f64) -> f64 {
+        (sunk_mm.max(slide_mm) / STEP_MM).ceil()
+    }
+
+    fn step(&self, state: &mut Memory, step: &Step<'_>) {
+        state.step(self, step);
+    }
+
+    fn forces(&self, state: &Memory, _: f64, influence: &Influence) -> (f64, [f64; 2]) {
+        let force = state.friction_n();
+        let inclined = self.incline[0] * force[0] + self.incline[1] * force[1];
+        (state.load_n(self) * influence.stiffness + inclined, force)
+    }
+}
+
 impl Simulator for BrushFinger {
     fn freedoms(&self) -> &'static [f64] {
         &FREEDOMS
@@ -321,51 +343,7 @@ impl Simulator for BrushFinger {
     }
 
     fn readings(&self, stroke: &Stroke, effects: &[Effect], scatter: &Scatter) -> Vec<[f64; 3]> {
-        let places = self.places();
-        let mut memory = Memory::default();
-        let (mut depth_before, mut at_before, mut t_before) = (0.0f64, [0.0f64; 2], f64::NAN);
-        let mut out = Vec::with_capacity(stroke.rows.len());
-        for moment in stroke.moments() {
-            let mut influence = moment.influence(stroke, effects, self.load(moment.depth_mm.max(0.0)));
-            influence.stiffness *= scatter.stiffness;
-            influence.strength *= scatter.strength;
-            if moment.speed_mm_s > 0.0 {
-                influence.strength *= 1.0 + self.speed * (moment.speed_mm_s / 2.0).ln();
-            }
-            let touching = moment.depth_mm > 0.0;
-            let depth = if touching { moment.depth_mm + influence.depth_mm + scatter.depth_mm } else { 0.0 }.max(0.0);
-            let sunk = depth - depth_before;
-            let slide = [0, 1].map(|k| moment.position_mm[k] - at_before[k] + self.press[k] * sunk);
-            let steps = (sunk.abs().max(slide[0].hypot(slide[1])) / STEP_MM).ceil().max(1.0);
-            let time_s = if t_before.is_nan() { 0.0 } else { moment.t_s - t_before } / steps;
-            for k in 1..=steps as usize {
-                let now = depth_before + k as f64 / steps * sunk;
-                if now > 0.0 {
-                    memory.step(self, &places, now, slide.map(|s| s / steps), time_s, &influence);
-                } else {
-                    memory = Memory::default();
-                }
-            }
-            (depth_before, at_before, t_before) = (depth, moment.position_mm, moment.t_s);
-            let (mut normal, mut force) = (0.0, [0.0; 2]);
-            if depth > 0.0 {
-                force = memory.friction_n();
-                let area = self.area(depth) / 63.5;
-                normal =
-                    memory.load_n(self) * influence.stiffness + self.incline[0] * force[0] + self.incline[1] * force[1]
-                        - influence.adhesion_n * area.sqrt();
-                let grown = 1.0 - (-moment.turn_mm / 0.2).exp();
-                let drag = influence.drag_n_s_mm * moment.speed_mm_s * area * grown;
-                force = [force[0] + drag * moment.direction.cos(), force[1] + drag * moment.direction.sin()];
-            }
-            let [bias, offset] = [influence.bias_n, scatter.offset_n];
-            out.push([
-                normal + bias[0] + offset[0],
-                force[0] + influence.cross[0] * normal + bias[1] + offset[1],
-                force[1] + influence.cross[1] * normal + bias[2] + offset[2],
-            ]);
-        }
-        out
+        readings(self, stroke, effects, scatter)
     }
 }
 

@@ -67,6 +67,14 @@ pub const LIBRARY: [(&str, &str); 17] = [
     ("temperature", "temperature"),
 ];
 
+/// The place of a law in [`LIBRARY`].
+///
+/// # Panics
+/// If the library has no such law.
+pub fn place(name: &str) -> usize {
+    LIBRARY.iter().position(|law| law.0 == name).expect("a law of the library")
+}
+
 /// Effects outside the library.
 pub const OUTSIDE: [&str; 6] =
     ["periodic_texture", "patch", "slow_clock", "saturation", "depth_speed_product", "direction_harmonic"];

@@ -11,6 +11,7 @@ use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, Waypoint, fol
 use super::effects::Effect;
 use super::laboratory::Scatter;
 use super::protocol::{Moment, Stroke};
+use super::simulator::sensed;
 
 /// Between two rows; what holds for the motion is that of the row at its end.
 fn between(rows: &[Moment], t_s: f64) -> Moment {
@@ -67,15 +68,8 @@ pub fn readings(
             let r = responses.iter().rfind(|r| r.t_s == m.t_s).expect("a response at every corner");
             let i = m.influence(stroke, effects, f64::NAN);
             let (_, stiffness) = factors(m);
-            let area = r.contact_area_mm2 / 63.5;
-            let normal = r.normal_force_n * stiffness - i.adhesion_n * area.sqrt();
-            let drag = i.drag_n_s_mm * m.speed_mm_s * area * (1.0 - (-m.turn_mm / 0.2).exp());
-            let (s, c) = m.direction.sin_cos();
-            [
-                normal + i.bias_n[0] + scatter.offset_n[0],
-                r.friction_x_n * stiffness + drag * c + i.cross[0] * normal + i.bias_n[1] + scatter.offset_n[1],
-                r.friction_y_n * stiffness + drag * s + i.cross[1] * normal + i.bias_n[2] + scatter.offset_n[2],
-            ]
+            let friction = [r.friction_x_n, r.friction_y_n].map(|f| f * stiffness);
+            sensed(r.normal_force_n * stiffness, friction, r.contact_area_mm2, m, &i, scatter)
         })
         .collect())
 }

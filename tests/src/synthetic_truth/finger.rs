@@ -4,10 +4,10 @@
 //! them and the nail is one spring for all. Pressure is a tilted, flattened bell; strength is a power of it.
 
 use super::Random;
-use super::effects::Effect;
+use super::effects::{Effect, Influence};
 use super::laboratory::Scatter;
-use super::protocol::{Moment, Stroke};
-use super::simulator::Simulator;
+use super::protocol::Stroke;
+use super::simulator::{Simulator, Step, Stepped, readings};
 
 /// Geometry and material of one finger.
 #[derive(Clone, Debug)]
@@ -78,28 +78,14 @@ impl Finger {
         }
     }
 
-    fn normal(&self, depth: f64) -> f64 {
-        self.normal_n * depth.powf(self.normal_exponent) * (self.normal_rate * (depth - 1.0)).exp()
-    }
-
-    fn area(&self, depth: f64) -> f64 {
-        self.area_mm2 * depth.powf(self.area_exponent)
-    }
-
-    /// Bristles and bulk in balance at a plate position: returns the friction and its largest possible size.
-    fn relax(
-        &self,
-        bristles: &mut [Bristle],
-        bulk: &mut [f64; 2],
-        plate: [f64; 2],
-        depth: f64,
-        stiff: f64,
-        strength: f64,
-    ) -> ([f64; 2], f64) {
+    /// Bristles and bulk in balance at a depth and the state's plate position.
+    fn relax(&self, state: &mut Pressed, depth: f64, stiff: f64, strength: f64) {
+        let Pressed { bristles, bulk, plate, .. } = state;
+        let plate = *plate;
         let area = self.area(depth);
         let (ax, ay) =
             ((area * self.aspect / std::f64::consts::PI).sqrt(), (area / self.aspect / std::f64::consts::PI).sqrt());
-        let peak = self.normal(depth) * stiff / area * (self.bell + 1.0);
+        let peak = self.load(depth) * stiff / area * (self.bell + 1.0);
         let (mut covered, mut inside) = (0.0, Vec::with_capacity(bristles.len()));
         for (i, b) in bristles.iter_mut().enumerate() {
             let r2 = (b.at[0] / ax).powi(2) + (b.at[1] / ay).powi(2);
@@ -114,7 +100,8 @@ impl Finger {
             inside.push((i, cover, strength * self.lambda * p.max(1e-6).powf(self.beta)));
         }
         if inside.is_empty() {
-            return ([0.0; 2], 0.0);
+            (state.force, state.ceiling) = ([0.0; 2], 0.0);
+            return;
         }
         let cell = area / covered;
         let k = self.bristle_mpa_mm * stiff;
@@ -171,7 +158,49 @@ impl Finger {
                 bristles[i].stretch = [s[0] + q[0] / k * over, s[1] + q[1] / k * over];
             }
         }
-        (force, ceiling)
+        (state.force, state.ceiling) = (force, ceiling);
+    }
+}
+
+impl Stepped for Finger {
+    type State = Pressed;
+
+    fn in_the_air(&self) -> Pressed {
+        const GRID: f64 = 1.0;
+        let places = (-7..=7).flat_map(|i| (-7..=7).map(move |j| (f64::from(i), f64::from(j))));
+        let at = |(i, j)| Bristle { at: [GRID * (i + 0.13), GRID * (j - 0.21)], stretch: [0.0; 2] };
+        let bristles = places.map(at).collect();
+        Pressed { bristles, bulk: [0.0; 2], plate: [0.0; 2], force: [0.0; 2], ceiling: 0.0 }
+    }
+
+    fn load(&self, depth: f64) -> f64 {
+        self.normal_n * depth.powf(self.normal_exponent) * (self.normal_rate * (depth - 1.0)).exp()
+    }
+
+    fn area(&self, depth: f64) -> f64 {
+        self.area_mm2 * depth.powf(self.area_exponent)
+    }
+
+    fn press(&self) -> [f64; 2] {
+        [self.press, 0.0]
+    }
+
+    fn steps(&self, sunk_mm: f64, slide_mm: f64) -> f64 {
+        (sunk_mm / 0.1).ceil().max(slide_mm / 0.25).clamp(1.0, 14.0).floor()
+    }
+
+    fn step(&self, state: &mut Pressed, step: &Step<'_>) {
+        let Step { depth_mm, slide_mm, moment, influence, .. } = *step;
+        let odd = if moment.path_mm > 0.0 { 1.0 - self.odd * moment.direction.cos() } else { 1.0 };
+        state.plate = [0, 1].map(|k| state.plate[k] + slide_mm[k]);
+        self.relax(state, depth_mm, influence.stiffness, influence.strength * odd);
+    }
+
+    fn forces(&self, state: &Pressed, depth_mm: f64, influence: &Influence) -> (f64, [f64; 2]) {
+        let [x, y] = state.force;
+        let share = if state.ceiling > 0.0 { x.hypot(y) / state.ceiling } else { 0.0 };
+        let heaved = self.load(depth_mm) * influence.stiffness * (1.0 + self.heave * share * share);
+        (heaved + self.lean * x, state.force)
     }
 }
 
@@ -205,90 +234,19 @@ impl Simulator for Finger {
     }
 
     fn readings(&self, stroke: &Stroke, effects: &[Effect], scatter: &Scatter) -> Vec<[f64; 3]> {
-        const GRID: f64 = 1.0;
-        let reach = 7;
-        let mut bristles: Vec<Bristle> = Vec::new();
-        for i in -reach..=reach {
-            for j in -reach..=reach {
-                bristles.push(Bristle {
-                    at: [GRID * (f64::from(i) + 0.13), GRID * (f64::from(j) - 0.21)],
-                    stretch: [0.0; 2],
-                });
-            }
-        }
-        let mut out = Vec::with_capacity(stroke.rows.len());
-        let mut bulk = [0.0f64; 2];
-        let mut plate = [0.0f64; 2];
-        let mut before = (0.0f64, [0.0f64; 2]);
-        let (mut path, mut turn, mut heading) = (0.0, 0.0, [0.0f64; 2]);
-        for row in &stroke.rows {
-            let slide = [row.slide_mm[0] - before.1[0], row.slide_mm[1] - before.1[1]];
-            let length = slide[0].hypot(slide[1]);
-            if length > 1e-9 {
-                let now = [slide[0] / length, slide[1] / length];
-                if now[0] * heading[0] + now[1] * heading[1] < 0.0 {
-                    turn = 0.0;
-                }
-                heading = now;
-                path += length;
-                turn += length;
-            }
-            let moving = length > 1e-9;
-            let moment = Moment {
-                t_s: row.t_s,
-                contact_s: row.contact_s,
-                occlusion_s: row.occlusion_s,
-                depth_mm: row.depth_mm,
-                speed_mm_s: if moving { stroke.plan.speed_mm_s } else { 0.0 },
-                direction: heading[1].atan2(heading[0]),
-                path_mm: path,
-                turn_mm: turn,
-                position_mm: row.slide_mm,
-            };
-            let influence = moment.influence(stroke, effects, self.normal(row.depth_mm.max(0.0)));
-            let depth_end =
-                if row.depth_mm > 0.0 { row.depth_mm + influence.depth_mm + scatter.depth_mm } else { row.depth_mm };
-            let steps = ((depth_end - before.0).abs() / 0.1).ceil().max(length / 0.25).clamp(1.0, 14.0) as usize;
-            let start = before.0.max(0.0);
-            let mut force = [0.0; 2];
-            let mut ceiling = 0.0;
-            let stiff = influence.stiffness * scatter.stiffness;
-            for k in 1..=steps {
-                let share = k as f64 / steps as f64;
-                let depth = if depth_end > 0.0 { start + (depth_end - start) * share } else { depth_end };
-                if depth <= 0.0 {
-                    bristles.iter_mut().for_each(|b| b.stretch = [0.0; 2]);
-                    (bulk, plate, force) = ([0.0; 2], [0.0; 2], [0.0; 2]);
-                    continue;
-                }
-                let by = [
-                    slide[0] / steps as f64 + self.press * (depth_end.max(0.0) - start) / steps as f64,
-                    slide[1] / steps as f64,
-                ];
-                plate = [plate[0] + by[0], plate[1] + by[1]];
-                let odd = 1.0 - self.odd * heading[0];
-                let strength = influence.strength * scatter.strength * odd;
-                (force, ceiling) = self.relax(&mut bristles, &mut bulk, plate, depth, stiff, strength);
-            }
-            before = (depth_end.max(0.0), row.slide_mm);
-            let mut normal = 0.0;
-            if depth_end > 0.0 {
-                let area = self.area(depth_end) / 63.5;
-                let share = if ceiling > 0.0 { force[0].hypot(force[1]) / ceiling } else { 0.0 };
-                normal = self.normal(depth_end) * stiff * (1.0 + self.heave * share * share) + self.lean * force[0]
-                    - influence.adhesion_n * area.sqrt();
-                let drag = influence.drag_n_s_mm * moment.speed_mm_s * area * (1.0 - (-turn / 0.2).exp());
-                force = [force[0] + drag * heading[0], force[1] + drag * heading[1]];
-            }
-            let b = influence.bias_n;
-            out.push([
-                normal + b[0] + scatter.offset_n[0],
-                force[0] + influence.cross[0] * normal + b[1] + scatter.offset_n[1],
-                force[1] + influence.cross[1] * normal + b[2] + scatter.offset_n[2],
-            ]);
-        }
-        out
+        readings(self, stroke, effects, scatter)
     }
+}
+
+/// A finger in contact.
+pub struct Pressed {
+    bristles: Vec<Bristle>,
+    bulk: [f64; 2],
+    plate: [f64; 2],
+    /// Friction, N.
+    force: [f64; 2],
+    /// Its largest possible size, N.
+    ceiling: f64,
 }
 
 struct Bristle {

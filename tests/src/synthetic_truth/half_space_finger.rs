@@ -13,7 +13,7 @@ use super::Random;
 use super::effects::{Effect, Influence};
 use super::laboratory::Scatter;
 use super::protocol::Stroke;
-use super::simulator::Simulator;
+use super::simulator::{Simulator, Step, Stepped, readings};
 
 /// Poisson's ratio: soft tissue keeps its volume, and pressure then shears nothing.
 pub const POISSON: f64 = 0.5;
@@ -88,17 +88,6 @@ impl HalfSpaceFinger {
         }
     }
 
-    /// Load at a depth, N.
-    pub fn load(&self, depth_mm: f64) -> f64 {
-        self.load_n * (self.load_rate * depth_mm).exp_m1() / self.load_rate.exp_m1()
-    }
-
-    /// Contact area at a depth, mm².
-    pub fn area(&self, depth_mm: f64) -> f64 {
-        let area = self.area_mm2 * (-self.area_rate * depth_mm).exp_m1() / (-self.area_rate).exp_m1();
-        area.min(LARGEST_AREA_MM2)
-    }
-
     /// Largest force of each patch, N; 0 out of contact.
     fn limits(&self, depth_mm: f64, influence: &Influence, shear: &Shear) -> Vec<f64> {
         let area = self.area(depth_mm);
@@ -156,72 +145,45 @@ impl Simulator for HalfSpaceFinger {
     }
 
     fn readings(&self, stroke: &Stroke, effects: &[Effect], scatter: &Scatter) -> Vec<[f64; 3]> {
-        let mut shear = Shear::new(&self.grid);
-        let (mut plate, mut depth_before, mut at_before) = ([0.0f64; 2], 0.0f64, [0.0f64; 2]);
-        let mut out = Vec::with_capacity(stroke.rows.len());
-        for moment in stroke.moments() {
-            let mut influence = moment.influence(stroke, effects, self.load(moment.depth_mm.max(0.0)));
-            influence.stiffness *= scatter.stiffness;
-            influence.strength *= scatter.strength;
-            let touching = moment.depth_mm > 0.0;
-            let depth = if touching { moment.depth_mm + influence.depth_mm + scatter.depth_mm } else { 0.0 };
-            let depth = depth.max(0.0);
-            let slide = [0, 1].map(|k| moment.position_mm[k] - at_before[k] + self.press[k] * (depth - depth_before));
-            let steps = ((depth - depth_before).abs() / 0.1).max(slide[0].hypot(slide[1]) / 0.3).ceil().max(1.0);
-            for k in 1..=steps as usize {
-                let share = k as f64 / steps;
-                let now = depth_before + share * (depth - depth_before);
-                if now <= 0.0 {
-                    shear = Shear::new(&self.grid);
-                    continue;
-                }
-                let limits = self.limits(now, &influence, &shear);
-                let to = [plate[0] + share * slide[0], plate[1] + share * slide[1]];
-                shear.follow(&self.grid, to, &limits, self.moduli(influence.stiffness));
-            }
-            plate = [plate[0] + slide[0], plate[1] + slide[1]];
-            (depth_before, at_before) = (depth, moment.position_mm);
-            let turn = (moment.turn_mm, moment.speed_mm_s, moment.direction);
-            out.push(self.reading(depth, &influence, &shear, turn, scatter));
-        }
-        out
+        readings(self, stroke, effects, scatter)
     }
 }
 
-impl HalfSpaceFinger {
-    /// Shear moduli along x and y, MPa.
-    fn moduli(&self, stiffness: f64) -> [f64; 2] {
-        [self.shear_mpa * stiffness, self.shear_mpa * self.shear_ratio * stiffness]
+impl Stepped for HalfSpaceFinger {
+    type State = Shear;
+
+    fn in_the_air(&self) -> Shear {
+        Shear::new(&self.grid)
     }
 
-    /// What the sensor reads; `turn`: path since the last turn, speed and direction of the plate.
-    fn reading(
-        &self,
-        depth: f64,
-        influence: &Influence,
-        shear: &Shear,
-        turn: (f64, f64, f64),
-        scatter: &Scatter,
-    ) -> [f64; 3] {
-        let (mut normal, mut force) = (0.0, [0.0; 2]);
-        if depth > 0.0 {
-            let (turn_mm, speed, direction) = turn;
-            force = shear.total();
-            let share = force[0].hypot(force[1]) / shear.ceiling_n.max(1e-12);
-            let area = self.area(depth) / 63.5;
-            normal = self.load(depth) * influence.stiffness * (1.0 + self.rise * share * share)
-                + self.incline[0] * force[0]
-                + self.incline[1] * force[1]
-                - influence.adhesion_n * area.sqrt();
-            let drag = influence.drag_n_s_mm * speed * area * (1.0 - (-turn_mm / 0.2).exp());
-            force = [force[0] + drag * direction.cos(), force[1] + drag * direction.sin()];
-        }
-        let [bias, offset] = [influence.bias_n, scatter.offset_n];
-        [
-            normal + bias[0] + offset[0],
-            force[0] + influence.cross[0] * normal + bias[1] + offset[1],
-            force[1] + influence.cross[1] * normal + bias[2] + offset[2],
-        ]
+    fn load(&self, depth_mm: f64) -> f64 {
+        self.load_n * (self.load_rate * depth_mm).exp_m1() / self.load_rate.exp_m1()
+    }
+
+    fn area(&self, depth_mm: f64) -> f64 {
+        let area = self.area_mm2 * (-self.area_rate * depth_mm).exp_m1() / (-self.area_rate).exp_m1();
+        area.min(LARGEST_AREA_MM2)
+    }
+
+    fn press(&self) -> [f64; 2] {
+        self.press
+    }
+
+    fn steps(&self, sunk_mm: f64, slide_mm: f64) -> f64 {
+        (sunk_mm / 0.1).max(slide_mm / 0.3).ceil()
+    }
+
+    fn step(&self, state: &mut Shear, step: &Step<'_>) {
+        let limits = self.limits(step.depth_mm, step.influence, state);
+        let shear_mpa = self.shear_mpa * step.influence.stiffness;
+        state.follow(&self.grid, step.slide_mm, &limits, [shear_mpa, shear_mpa * self.shear_ratio]);
+    }
+
+    fn forces(&self, state: &Shear, depth_mm: f64, influence: &Influence) -> (f64, [f64; 2]) {
+        let force = state.total();
+        let share = force[0].hypot(force[1]) / state.ceiling_n.max(1e-12);
+        let risen = self.load(depth_mm) * influence.stiffness * (1.0 + self.rise * share * share);
+        (risen + self.incline[0] * force[0] + self.incline[1] * force[1], force)
     }
 }
 
@@ -334,7 +296,8 @@ fn mean_compliance(a: &Patch, b: &Patch) -> [f64; 3] {
 }
 
 /// Forces of the patches and where each has slipped to.
-struct Shear {
+pub struct Shear {
+    plate_mm: [f64; 2],
     /// Forces along x and y, N.
     force_n: [Vec<f64>; 2],
     /// Plate position at which each patch would carry nothing if it were alone, mm.
@@ -348,6 +311,7 @@ impl Shear {
     fn new(grid: &Grid) -> Self {
         let n = grid.patches.len();
         Self {
+            plate_mm: [0.0; 2],
             force_n: [vec![0.0; n], vec![0.0; n]],
             anchor_mm: vec![[0.0; 2]; n],
             touching: vec![false; n],
@@ -360,10 +324,12 @@ impl Shear {
         [0, 1].map(|k| self.force_n[k].iter().sum())
     }
 
-    /// Moves the plate: the forces that minimise the complementary energy within their limits, patch by patch until nothing
+    /// Slides the plate: the forces that minimise the complementary energy within their limits, patch by patch until nothing
     /// moves.
-    fn follow(&mut self, grid: &Grid, plate: [f64; 2], limits: &[f64], moduli: [f64; 2]) {
+    fn follow(&mut self, grid: &Grid, slide_mm: [f64; 2], limits: &[f64], moduli: [f64; 2]) {
         let n = grid.patches.len();
+        let plate = [0, 1].map(|k| self.plate_mm[k] + slide_mm[k]);
+        self.plate_mm = plate;
         self.ceiling_n = limits.iter().sum();
         for i in 0..n {
             let touches = limits[i] > 0.0;

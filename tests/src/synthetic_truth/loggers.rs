@@ -11,7 +11,7 @@ use super::laboratory::Noise;
 use super::protocol::Plan;
 
 /// A way to run the experiments.
-#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum, serde::Serialize, serde::Deserialize)]
 pub enum Protocol {
     /// Directions over the whole plane, a logger without faults.
     Plane,

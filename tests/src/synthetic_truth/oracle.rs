@@ -283,7 +283,7 @@ fn covariance_roots(case: &Case, plain: &[f64]) -> Vec<(usize, usize, Cholesky<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthetic_truth::effects::OUTSIDE;
+    use crate::synthetic_truth::effects::{OUTSIDE, place};
     use crate::synthetic_truth::loggers::Protocol;
     use crate::synthetic_truth::sets::{Hide, Wanted, make};
     use crate::synthetic_truth::simulator::SimulatorKind;
@@ -291,10 +291,6 @@ mod tests {
     fn case(protocol: Protocol, hide: Hide, level: usize) -> Case {
         let (simulator, seed, size, runs) = (SimulatorKind::First, 77, 0.1, 12);
         make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form: true })
-    }
-
-    fn place(name: &str) -> usize {
-        LIBRARY.iter().position(|l| l.0 == name).expect("a law of the library")
     }
 
     #[test]

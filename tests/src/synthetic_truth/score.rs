@@ -56,14 +56,12 @@ pub struct Scored {
     pub amplitude_error: Option<f64>,
     /// Whether its interval covers the truth.
     pub covered: Option<bool>,
-    /// How far the estimate lies from the truth, in half-widths of its interval.
-    pub half_widths: Option<f64>,
     /// The lag of the forces, where one was found.
     pub lag: Option<LagScored>,
 }
 
 /// A lag that was found, against the true one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct LagScored {
     /// Found less true, s.
     pub error_s: f64,
@@ -85,32 +83,16 @@ pub fn shipped() -> ModelFile {
 }
 
 /// Diagnoses sets in memory.
-pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>, hydration_sd: f64) -> Diagnosis {
-    run_with_evidence(calibration, measured, holdout, hydration_sd).0
+pub fn run(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>) -> Diagnosis {
+    run_with_evidence(calibration, measured, holdout).0
 }
 
 /// The same with what figures and further runs need.
-pub fn run_with_evidence(
-    calibration: &RunSet,
-    measured: &RunSet,
-    holdout: Option<&RunSet>,
-    hydration_sd: f64,
-) -> (Diagnosis, Evidence) {
-    run_within(calibration, measured, holdout, hydration_sd, PlanConstraints::default())
+pub fn run_with_evidence(calibration: &RunSet, measured: &RunSet, holdout: Option<&RunSet>) -> (Diagnosis, Evidence) {
+    try_run(calibration, measured, holdout, PlanConstraints::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The same where the next experiment keeps to what the laboratory can do.
-pub fn run_within(
-    calibration: &RunSet,
-    measured: &RunSet,
-    holdout: Option<&RunSet>,
-    hydration_sd: f64,
-    plan: PlanConstraints,
-) -> (Diagnosis, Evidence) {
-    try_run(calibration, measured, holdout, hydration_sd, plan).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// The same with the error of files that carry no diagnosis.
+/// The same where the next experiment keeps to what the laboratory can do, with the error of files that carry no diagnosis.
 ///
 /// # Errors
 /// What [`diagnose`] refuses.
@@ -118,12 +100,11 @@ pub fn try_run(
     calibration: &RunSet,
     measured: &RunSet,
     holdout: Option<&RunSet>,
-    hydration_sd: f64,
     plan: PlanConstraints,
 ) -> Result<(Diagnosis, Evidence), DiagnoseError> {
     let options = Options {
         settings: SelectionSettings::default(),
-        errors: vec![CovariateError { column: Column::Hydration, sd: hydration_sd }],
+        errors: vec![CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU }],
         model: "shipped".into(),
         plan,
         own: LawsFile::default(),
@@ -180,7 +161,7 @@ pub fn score(case: &Case) -> Scored {
 pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
     let started = ThreadTime::now();
     let (report, evidence) =
-        run_within(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU, plan);
+        try_run(&case.calibration, &case.measured, Some(&case.holdout), plan).unwrap_or_else(|error| panic!("{error}"));
     let seconds = started.elapsed().as_secs_f64();
     fingerpad_report::diagnosis::render(&report, &evidence).expect("figures of finite numbers");
     let seconds_with_page = started.elapsed().as_secs_f64();
@@ -195,16 +176,15 @@ pub fn score_within(case: &Case, plan: PlanConstraints) -> Scored {
             half_s: 0.5 * (high - low),
         })
     });
-    let (mut amplitude_error, mut covered, mut half_widths) = (None, None, None);
+    let (mut amplitude_error, mut covered) = (None, None);
     if let ([hidden], Some(effect)) = (&case.truth[..], report.effects.first())
         && effect.law == hidden.name
     {
         let p = &effect.parameters[0];
         amplitude_error = Some((p.value / hidden.amplitude - 1.0).abs());
         covered = Some(p.ci95[0] <= hidden.amplitude && hidden.amplitude <= p.ci95[1]);
-        half_widths = Some((p.value - hidden.amplitude) / (0.5 * (p.ci95[1] - p.ci95[0])).max(1e-12));
     }
-    Scored { class, report, seconds, seconds_with_page, amplitude_error, covered, half_widths, lag }
+    Scored { class, report, seconds, seconds_with_page, amplitude_error, covered, lag }
 }
 
 /// A proposed run as the laboratory does it; what is missing is at reference conditions.
@@ -220,25 +200,12 @@ fn plan_of(run: &PlannedRun) -> Plan {
         width_mm: r.width_mm,
         length_mm: run.length_mm.unwrap_or(r.length_mm),
         reverse: run.reverse.unwrap_or(false),
-        rest_s: if run.new_block == Some(true) {
-            run.rest_before_s.unwrap_or(60.0).max(60.0)
-        } else {
-            run.rest_before_s.unwrap_or(60.0)
-        },
+        rest_s: run.rest_before_s.unwrap_or(60.0).max(if run.new_block == Some(true) { 60.0 } else { 0.0 }),
     }
 }
 
-/// What became of an ambiguous set once the proposed strokes were run.
-#[derive(Clone, Debug)]
-pub struct Settled {
-    /// How it ended.
-    pub class: Class,
-    /// The report on all runs.
-    pub report: Diagnosis,
-}
-
-/// Runs the proposed strokes on the same hidden truth, merges them and diagnoses again.
-pub fn settle(case: &Case, report: &Diagnosis) -> Option<Settled> {
+/// Runs the proposed strokes on the same hidden truth, merges them and diagnoses again: how it ends, and the report on all runs.
+pub fn settle(case: &Case, report: &Diagnosis) -> Option<(Class, Diagnosis)> {
     let plan = report.next_experiment.as_ref()?;
     let mut plans: Vec<Plan> = plan.runs.iter().map(plan_of).collect();
     case.protocol.turn(&mut plans, false);
@@ -252,28 +219,28 @@ pub fn settle(case: &Case, report: &Diagnosis) -> Option<Settled> {
     let set = case.protocol.log(set, false, &mut random).set;
     let mut joint = case.measured.clone();
     joint.runs.extend(set.runs);
-    let report = run(&case.calibration, &joint, Some(&case.holdout), CORNEOMETER_SD_AU);
+    let report = run(&case.calibration, &joint, Some(&case.holdout));
     let truth: Vec<&str> = case.truth.iter().map(|e| family(e.name)).collect();
-    Some(Settled { class: classify(&report, &truth, case.finger.own_families()), report })
+    Some((classify(&report, &truth, case.finger.own_families()), report))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::synthetic_truth::effects::place;
     use crate::synthetic_truth::sets::{Hide, case};
 
     /// A law is named where it closes the gap on held-out runs. Where these runs have something else as well, the same law is a part of
     /// unexplained structure: it is not claimed and makes no correction.
     #[test]
     fn no_name_stands_beside_a_gap_of_two_noise_floors() {
-        let law = LIBRARY.iter().position(|l| l.0 == "temperature").unwrap();
-        let made = case(1, Hide::Law(law), 0.3, 0, 60, true);
-        let (named, _) = run_with_evidence(&made.calibration, &made.measured, Some(&made.holdout), CORNEOMETER_SD_AU);
+        let made = case(1, Hide::Law(place("temperature")), 0.3, 0, 60, true);
+        let (named, _) = run_with_evidence(&made.calibration, &made.measured, Some(&made.holdout));
         assert_eq!((named.verdict, named.effects.len()), (Verdict::Named, 1));
         assert!(named.holdout.ratio_after < 2.0);
         let mut other = made.holdout.clone();
         other.runs.iter_mut().flat_map(|run| &mut run.force_n).for_each(|force| force[0] *= 1.5);
-        let (open, evidence) = run_with_evidence(&made.calibration, &made.measured, Some(&other), CORNEOMETER_SD_AU);
+        let (open, evidence) = run_with_evidence(&made.calibration, &made.measured, Some(&other));
         println!("{:?} {:?}", open.holdout, open.unexplained);
         assert_eq!(open.verdict, Verdict::UnexplainedStructure);
         assert!(open.effects.is_empty() && !evidence.has_claims());
@@ -287,7 +254,7 @@ mod tests {
     #[test]
     fn laws_of_the_finger_itself_are_true_statements() {
         let made = case(1, Hide::Law(16), 0.3, 0, 20, true);
-        let (found, _) = run_with_evidence(&made.calibration, &made.measured, None, CORNEOMETER_SD_AU);
+        let (found, _) = run_with_evidence(&made.calibration, &made.measured, None);
         let family = found.effects[0].family.clone();
         let own: &[&str] = &[&family];
         for (truth, own, class) in [

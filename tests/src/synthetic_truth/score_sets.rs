@@ -1,6 +1,13 @@
-//! The sets of the score and what became of each, one line of JSON a set, so that a run can go on where it stopped.
+//! The one loop of the score: make a set, diagnose it, judge the answer. An outcome is one line of JSON, so that a run can go on
+//! where it stopped.
 //!
-//! Main types: [`ScoreSet`] (what is asked), [`Outcome`] (what was found); function [`sets`].
+//! Main types: [`ScoreSet`] (what is asked), [`Outcome`] (what was found); functions [`sets`], [`card`] and [`judge_all`].
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fingerpad_diagnose::{Diagnosis, EffectFound, PlanConstraints, PlannedRun, Verdict, check};
 use serde::{Deserialize, Serialize};
@@ -10,12 +17,12 @@ use super::Random;
 use super::effects::{LIBRARY, OUTSIDE};
 use super::loggers::Protocol;
 use super::oracle::{Separation, separation};
-use super::score::{Class, score_within, settle};
+use super::score::{Class, LagScored, score_within, settle};
 use super::sets::{CALIBRATION_RUNS, Case, Hide, Wanted, make};
 use super::simulator::SimulatorKind;
 
 /// How a laboratory works.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Practice {
     /// Calibration and measured runs along ±x and ±y, randomised or with correlations of 0.7.
     FourDirections,
@@ -27,10 +34,12 @@ pub enum Practice {
     Operator,
     /// Five to 500 runs, directions over the plane.
     RunCounts,
+    /// A protocol of the card.
+    Card(Protocol),
 }
 
 impl Practice {
-    /// All five.
+    /// The five of the score.
     pub const ALL: [Self; 5] = [Self::FourDirections, Self::OneAxis, Self::Careless, Self::Operator, Self::RunCounts];
 
     fn protocol(self) -> Protocol {
@@ -39,42 +48,47 @@ impl Practice {
             Self::OneAxis => Protocol::OneAxis,
             Self::Careless | Self::RunCounts => Protocol::Plane,
             Self::Operator => Protocol::Operator,
+            Self::Card(protocol) => protocol,
         }
     }
 }
 
 /// What is hidden in a set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
     /// Nothing.
+    #[value(name = "none")]
     Nothing,
     /// One law.
     Single,
     /// Two laws.
     Pair,
-    /// An effect that the library does not have, or one whose column is not recorded.
+    /// An effect that the library does not have.
     Outside,
+    /// A law whose column is not recorded.
+    Unrecorded,
 }
 
 /// A set to be made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScoreSet {
-    /// Who makes the readings.
-    pub simulator: SimulatorKind,
     /// How the laboratory works.
     pub practice: Practice,
-    /// What sort of thing is hidden.
-    pub kind: Kind,
+    /// What is to be made.
+    pub of: Wanted,
+}
+
+impl ScoreSet {
     /// What is hidden.
-    pub hide: Hide,
-    /// Its size.
-    pub size: f64,
-    /// Level of confounding.
-    pub level: usize,
-    /// Measured runs.
-    pub runs: usize,
-    /// Seed of all that is drawn.
-    pub seed: u64,
+    pub fn kind(&self) -> Kind {
+        match self.of.hide {
+            Hide::Nothing => Kind::Nothing,
+            Hide::Law(_) => Kind::Single,
+            Hide::Pair(..) => Kind::Pair,
+            Hide::Outside(_) => Kind::Outside,
+            Hide::Unrecorded(_) => Kind::Unrecorded,
+        }
+    }
 }
 
 /// What became of a set.
@@ -94,6 +108,12 @@ pub struct Outcome {
     pub oracle_amplitude_sd: Option<f64>,
     /// Relative error of the amplitude.
     pub amplitude_error: Option<f64>,
+    /// The lag of the forces, where one was found.
+    pub lag: Option<LagScored>,
+    /// Whether spikes are mentioned, and whether as a red warning.
+    pub spikes: [bool; 2],
+    /// Variances of the noise that the calibration found over those of the laboratory, in the order of [`NOISE`].
+    pub noise: Option<[f64; 6]>,
     /// Whether the interval covers the amplitude, where the law's form is exact.
     pub covered: Option<bool>,
     /// Held-out residual over floor before and after, worst channel; none where the files were refused.
@@ -103,20 +123,20 @@ pub struct Outcome {
     /// Whether the proposed strokes keep to what the laboratory can do.
     pub plan_kept: Option<bool>,
     /// The factor that the proposed strokes vary, and the separation that they are expected to give.
-    #[serde(default)]
     pub plan: Option<(String, f64)>,
     /// What was named once they were run.
-    #[serde(default)]
     pub found_with_plan: Vec<String>,
     /// Promises of the report that it broke.
-    #[serde(default)]
     pub broken: Broken,
     /// Processor time of the diagnosis, s.
     pub seconds: f64,
     /// The same with its page and all pictures, s.
-    #[serde(default)]
     pub seconds_with_page: f64,
 }
+
+/// What [`Outcome::noise`] compares.
+pub const NOISE: [&str; 6] =
+    ["stiffness", "strength", "touch point", "offsets", "rows, additive", "rows, multiplicative"];
 
 /// What a report must never do, and whether it did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -156,8 +176,8 @@ impl Outcome {
         let Some([detect, rival]) = self.oracle else { return false };
         // The oracle has the column that the laboratory did not record. Without it, what the library leaves of an effect that
         // is one factor a run is scatter between runs.
-        let of_scatter = match self.set.hide {
-            Hide::Unrecorded(law) if LIBRARY[law].0 != "contact_ageing" => scatter_that_shows(self.set.runs),
+        let of_scatter = match self.set.of.hide {
+            Hide::Unrecorded(law) if LIBRARY[law].0 != "contact_ageing" => scatter_that_shows(self.set.of.runs),
             _ => 0.0,
         };
         rival > of_scatter && Separation { detect, rival, amplitude_sd: 0.0 }.required()
@@ -181,49 +201,100 @@ const RUN_COUNTS: [usize; 8] = [5, 8, 12, 20, 40, 120, 250, 500];
 /// Sets without an effect of each simulator and practice.
 const NOTHING: usize = 50;
 
+/// Laws whose column a laboratory could fail to record.
+const UNRECORDED: [usize; 5] = [0, 6, 8, 14, 16];
+
 /// All sets of a seed in an order that mixes them, so that the first of them are a fair sample.
 pub fn sets(seed: u64, simulators: &[SimulatorKind]) -> Vec<ScoreSet> {
-    let mut out = Vec::new();
+    let mut out: Vec<ScoreSet> = Vec::new();
+    let mut add = |simulator: SimulatorKind, practice: Practice, hide: Hide, size: f64| {
+        let place = out.len();
+        let level = match practice {
+            _ if matches!(hide, Hide::Pair(..)) => 0,
+            Practice::Careless => 2,
+            _ => (place + place / 8) % 2,
+        };
+        let runs = if practice == Practice::RunCounts { RUN_COUNTS[place % 8] } else { 60 };
+        let seed = 1_000_000 * (seed + 1) + place as u64;
+        let protocol = practice.protocol();
+        out.push(ScoreSet {
+            practice,
+            of: Wanted { exact_form: seed % 2 == 0, simulator, protocol, seed, hide, size, level, runs },
+        });
+    };
     for simulator in SimulatorKind::ALL {
         for practice in Practice::ALL {
-            let mut add = |kind, hide, size| {
-                let level = if practice == Practice::Careless { 2 } else { (out.len() + out.len() / 8) % 2 };
-                let runs = if practice == Practice::RunCounts { RUN_COUNTS[out.len() % 8] } else { 60 };
-                out.push(ScoreSet { simulator, practice, kind, hide, size, level, runs, seed: 0 });
-            };
-            (0..NOTHING).for_each(|_| add(Kind::Nothing, Hide::Nothing, 0.0));
+            (0..NOTHING).for_each(|_| add(simulator, practice, Hide::Nothing, 0.0));
             for size in [0.03, 0.10, 0.30] {
-                (0..LIBRARY.len()).for_each(|law| add(Kind::Single, Hide::Law(law), size));
+                (0..LIBRARY.len()).for_each(|law| add(simulator, practice, Hide::Law(law), size));
             }
             for size in [0.10, 0.30] {
-                (0..OUTSIDE.len()).for_each(|k| add(Kind::Outside, Hide::Outside(k), size));
-                [0, 6, 8, 14, 16].into_iter().for_each(|law| add(Kind::Outside, Hide::Unrecorded(law), size));
+                (0..OUTSIDE.len()).for_each(|k| add(simulator, practice, Hide::Outside(k), size));
+                UNRECORDED.into_iter().for_each(|law| add(simulator, practice, Hide::Unrecorded(law), size));
             }
         }
         for size in [0.10, 0.30] {
-            for i in 0..LIBRARY.len() {
-                for j in 0..i {
-                    let (practice, kind, hide) = (Practice::FourDirections, Kind::Pair, Hide::Pair(i, j));
-                    out.push(ScoreSet { simulator, practice, kind, hide, size, level: 0, runs: 60, seed: 0 });
-                }
-            }
+            let pairs = (0..LIBRARY.len()).flat_map(|i| (0..i).map(move |j| Hide::Pair(i, j)));
+            pairs.for_each(|pair| add(simulator, Practice::FourDirections, pair, size));
         }
-    }
-    for (place, set) in out.iter_mut().enumerate() {
-        set.seed = 1_000_000 * (seed + 1) + place as u64;
     }
     // Fisher and Yates's shuffle.
     let mut random = Random::new(seed);
     for last in (1..out.len()).rev() {
         out.swap(last, random.pick(last + 1));
     }
-    out.retain(|set| simulators.contains(&set.simulator));
+    out.retain(|set| simulators.contains(&set.of.simulator));
+    out
+}
+
+const PAIRS: [(usize, usize); 16] = [
+    (0, 13),
+    (1, 11),
+    (4, 13),
+    (5, 8),
+    (7, 12),
+    (3, 14),
+    (16, 9),
+    (15, 4),
+    (2, 6),
+    (0, 5),
+    (8, 12),
+    (1, 7),
+    (10, 0),
+    (14, 4),
+    (16, 5),
+    (6, 13),
+];
+
+/// The sets of the card: a simulator under one protocol, each cell `repeats` times.
+pub fn card(seed: u64, simulator: SimulatorKind, protocol: Protocol, repeats: u64) -> Vec<ScoreSet> {
+    let mut out = Vec::new();
+    let mut add = |hide, size, level, runs| {
+        let seed = 40_001 + 100_000 * seed + out.len() as u64;
+        let of = Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form: seed % 2 == 0 };
+        out.push(ScoreSet { practice: Practice::Card(protocol), of });
+    };
+    for _ in 0..repeats {
+        for (size, level) in [0.03, 0.10, 0.30].into_iter().flat_map(|size| [0, 1, 2].map(|level| (size, level))) {
+            (0..LIBRARY.len()).for_each(|law| add(Hide::Law(law), size, level, 60));
+        }
+        for (level, k) in (0..3).flat_map(|level| (0..16).map(move |k| (level, k))) {
+            add(Hide::Nothing, 0.0, level, [40, 60, 100, 60][k % 4]);
+        }
+        for size in [0.10, 0.30] {
+            PAIRS.into_iter().for_each(|(i, j)| add(Hide::Pair(i, j), size, 0, 60));
+            (0..2 * OUTSIDE.len()).for_each(|k| add(Hide::Outside(k / 2), size, 0, 60));
+            for law in UNRECORDED {
+                [0, 1].into_iter().for_each(|level| add(Hide::Unrecorded(law), size, level, 60));
+            }
+        }
+    }
     out
 }
 
 /// What the laboratory of a set can do: every second one can set depth, speed, dwell and direction only, and rests 30 s.
 fn constraints(set: &ScoreSet) -> PlanConstraints {
-    if set.seed.is_multiple_of(2) {
+    if set.of.seed.is_multiple_of(2) {
         return PlanConstraints { can_set: None, least_rest_s: 2.0 };
     }
     let can_set = ["depth_mm", "speed_mm_s", "dwell_s", "direction_deg"].map(str::to_owned).to_vec();
@@ -244,30 +315,81 @@ fn keeps(plan: &PlanConstraints, run: &PlannedRun) -> bool {
         && may("temperature_c", run.temperature_c)
 }
 
-/// Makes a set, diagnoses it, and judges the answer.
-pub fn judge(set: ScoreSet) -> Outcome {
-    let case = make(wanted(&set));
-    let oracle = matches!(set.kind, Kind::Single | Kind::Outside).then(|| separation(&case));
-    judged(set, &case, oracle)
+/// Judges the sets that `file` does not hold yet, on some threads, and returns the outcomes of all in their order. A line that a
+/// stop cut short is judged again.
+///
+/// * `lazy`: the oracle, which takes most of the time, is asked only where proposed strokes are to settle a set
+///
+/// # Errors
+/// A file that cannot be read or written, or holds other lines.
+pub fn judge_all(
+    wanted: &[ScoreSet],
+    file: Option<&Path>,
+    threads: usize,
+    lazy: bool,
+) -> Result<Vec<Outcome>, Box<dyn std::error::Error>> {
+    let mut done: Vec<Outcome> = Vec::new();
+    let mut stored = None;
+    if let Some(path) = file {
+        let text = if path.exists() { fs::read_to_string(path)? } else { String::new() };
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        done = text[..whole].lines().map(serde_json::from_str).collect::<Result<_, _>>()?;
+        done.retain(|o| wanted.contains(&o.set));
+        let file = fs::OpenOptions::new().create(true).append(true).open(path)?;
+        file.set_len(whole as u64)?;
+        stored = Some(file);
+        eprintln!("{} of {} sets are in {}", done.len(), wanted.len(), path.display());
+    }
+    let left: Vec<ScoreSet> = wanted.iter().filter(|set| done.iter().all(|o| o.set != **set)).copied().collect();
+    let (next, out) = (AtomicUsize::new(0), Mutex::new((stored, done)));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(set) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let outcome = judge(*set, lazy);
+                    let (file, done) = &mut *out.lock().expect("no thread panics with it");
+                    if let Some(file) = file {
+                        let line = serde_json::to_string(&outcome).expect("plain numbers") + "\n";
+                        file.write_all(line.as_bytes()).expect("the file can be written to");
+                    }
+                    done.push(outcome);
+                    if done.len().is_multiple_of(20) {
+                        eprintln!("{} of {}", done.len(), wanted.len());
+                    }
+                }
+            });
+        }
+    });
+    let (_, mut done) = out.into_inner()?;
+    done.sort_by_key(|o| wanted.iter().position(|set| *set == o.set));
+    Ok(done)
 }
 
-/// The same, where the oracle, which takes most of the time, is asked only if proposed strokes are to settle the set.
-pub fn judge_if_ambiguous(set: ScoreSet) -> Outcome {
-    let case = make(wanted(&set));
-    let out = judged(set, &case, None);
-    let oracle = out.plan_kept.map(|_| separation(&case));
-    Outcome { oracle: oracle.map(|o| [o.detect, o.rival]), oracle_amplitude_sd: oracle.map(|o| o.amplitude_sd), ..out }
+/// Makes a set, diagnoses it, and judges the answer; `lazy` as in [`judge_all`].
+pub fn judge(set: ScoreSet, lazy: bool) -> Outcome {
+    let case = make(set.of);
+    let has_oracle = matches!(set.kind(), Kind::Single | Kind::Outside | Kind::Unrecorded);
+    let mut out = judged(set, &case);
+    if has_oracle && (!lazy || out.plan_kept.is_some()) {
+        let oracle = separation(&case);
+        out.oracle = Some([oracle.detect, oracle.rival]);
+        out.oracle_amplitude_sd = Some(oracle.amplitude_sd);
+    }
+    out
 }
 
-fn judged(set: ScoreSet, case: &Case, oracle: Option<Separation>) -> Outcome {
+fn judged(set: ScoreSet, case: &Case) -> Outcome {
     let hidden = case.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
     let mut out = Outcome {
         set,
         hidden,
         found: Vec::new(),
         class: Class::Refused,
-        oracle: oracle.map(|o| [o.detect, o.rival]),
-        oracle_amplitude_sd: oracle.map(|o| o.amplitude_sd),
+        oracle: None,
+        oracle_amplitude_sd: None,
+        lag: None,
+        spikes: [false; 2],
+        noise: None,
         amplitude_error: None,
         covered: None,
         held_out: None,
@@ -291,6 +413,23 @@ fn judged(set: ScoreSet, case: &Case, oracle: Option<Separation>) -> Outcome {
     out.broken = Broken::of(&scored.report);
     out.held_out = Some([scored.report.holdout.ratio_before, scored.report.holdout.ratio_after]);
     out.amplitude_error = scored.amplitude_error;
+    out.lag = scored.lag;
+    out.spikes = [
+        scored.report.cautions.iter().any(|c| c.kind == "spikes"),
+        fingerpad_report::diagnosis::cautions(&scored.report)
+            .iter()
+            .any(|(word, text)| *word == "warning" && text.contains("far off the rows")),
+    ];
+    let (found_noise, noise) = (&scored.report.noise, &case.noise);
+    let ratios = [
+        found_noise.run_gain_normal / noise.gain[0],
+        found_noise.run_gain_friction / noise.gain[1],
+        found_noise.depth_zero_mm / noise.depth_mm,
+        found_noise.run_offset_n / noise.offset_n,
+        found_noise.additive_n / noise.additive_n,
+        found_noise.multiplicative / noise.multiplicative,
+    ];
+    out.noise = Some(ratios.map(|r| r * r));
     out.covered = scored.covered.filter(|_| case.exact_form);
     if scored.class == Class::AmbiguousWithTruth
         && let Some(next) = &scored.report.next_experiment
@@ -298,17 +437,10 @@ fn judged(set: ScoreSet, case: &Case, oracle: Option<Separation>) -> Outcome {
         out.plan_kept = Some(next.runs.iter().all(|r| keeps(&plan, r)));
         out.plan = Some((next.factor.clone(), next.lambda_rival_expected));
         let again = settle(case, &scored.report);
-        out.settled = again.as_ref().map(|again| again.class);
-        out.found_with_plan = again.map_or_else(Vec::new, |again| found(&again.report));
+        out.settled = again.as_ref().map(|(class, _)| *class);
+        out.found_with_plan = again.map_or_else(Vec::new, |(_, report)| found(&report));
     }
     out
-}
-
-/// The case of a set.
-pub fn wanted(set: &ScoreSet) -> Wanted {
-    let ScoreSet { simulator, practice, hide, size, level, runs, seed, .. } = *set;
-    let exact_form = seed.is_multiple_of(2);
-    Wanted { simulator, protocol: practice.protocol(), seed, hide, size, level, runs, exact_form }
 }
 
 /// What was named, and what is structure that nothing explains.

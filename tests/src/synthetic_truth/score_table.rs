@@ -4,19 +4,12 @@
 
 use std::fmt::Write as _;
 
-use super::score::Class;
-use super::score_sets::{Kind, Outcome, Practice, ScoreSet};
-use super::sets::Hide;
-use super::simulator::SimulatorKind;
+use fingerpad_diagnose::Rate;
 
-/// Wilson's 95 % interval of a share.
-pub fn wilson(hits: usize, of: usize) -> [f64; 2] {
-    const Z: f64 = 1.959_964;
-    let (n, p) = (of as f64, hits as f64 / of as f64);
-    let middle = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
-    let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    [(middle - half).max(0.0), (middle + half).min(1.0)]
-}
+use super::score::{Class, LagScored};
+use super::score_sets::{Kind, NOISE, Outcome, Practice, ScoreSet};
+use super::sets::Wanted;
+use super::simulator::SimulatorKind;
 
 /// How a number stands to its aims; `more`: whether more is better.
 fn verdict(value: f64, [pass, reach]: [f64; 2], more: bool) -> &'static str {
@@ -37,16 +30,15 @@ const HEADING: &str = "| what | count | value (95 % interval) | pass | reach | |
 
 type Choice<'a> = &'a dyn Fn(&Outcome) -> bool;
 
-/// A row of a share: `hits` of those chosen.
+/// A row of a share: `hits` of those chosen; no row without a set.
 fn share(out: &mut String, what: &str, list: &[&Outcome], hit: Choice<'_>, aims: [f64; 2], more: bool) {
     let of = list.len();
     if of == 0 {
-        let _ = writeln!(out, "| {what} | no set | | | | |");
         return;
     }
     let hits = list.iter().filter(|o| hit(o)).count();
     let value = hits as f64 / of as f64;
-    let [low, high] = wilson(hits, of).map(|x| 100.0 * x);
+    let [low, high] = Rate::of(hits, of).ci95.map(|x| 100.0 * x);
     let [pass, reach] = aims.map(|x| 100.0 * x);
     let _ = writeln!(
         out,
@@ -60,12 +52,20 @@ fn share(out: &mut String, what: &str, list: &[&Outcome], hit: Choice<'_>, aims:
 fn number(out: &mut String, what: &str, values: Vec<f64>, at: f64, scale: f64, aims: [f64; 2]) {
     let of = values.len();
     if of == 0 {
-        let _ = writeln!(out, "| {what} | no set | | | | |");
         return;
     }
     let value = quantile(values, at) * scale;
     let [pass, reach] = aims;
     let _ = writeln!(out, "| {what} | {of} sets | {value:.3} | {pass} | {reach} | {} |", verdict(value, aims, false));
+}
+
+fn single(o: &Outcome) -> bool {
+    o.set.kind() == Kind::Single
+}
+
+/// Whether the library does not have what is hidden, or the files not its column.
+fn outside(o: &Outcome) -> bool {
+    matches!(o.set.kind(), Kind::Outside | Kind::Unrecorded)
 }
 
 /// Whether the files could be read and all that was hidden was named, nothing else.
@@ -76,30 +76,27 @@ fn exact(o: &Outcome) -> bool {
 /// The whole table over what has been judged, then its parts by simulator and practice, then what missed.
 pub fn table(all: &[Outcome]) -> String {
     let of = |f: &dyn Fn(&Outcome) -> bool| all.iter().filter(|o| f(o)).collect::<Vec<&Outcome>>();
-    let single = |o: &Outcome| o.set.kind == Kind::Single;
     let mut out = format!("{} sets judged\n\n{HEADING}", all.len());
     for (what, size, aims) in
         [("10 %", 0.10, [0.98, 0.995]), ("30 %", 0.30, [0.98, 0.995]), ("3 %", 0.03, [0.85, 0.92])]
     {
-        let list = of(&|o| single(o) && o.set.size == size && o.required());
+        let list = of(&|o| single(o) && o.set.of.size == size && o.required());
         share(&mut out, &format!("{what}, required, named alone"), &list, &exact, aims, true);
     }
-    let nothing = of(&|o| o.set.kind == Kind::Nothing && o.class != Class::Refused);
-    share(&mut out, "false alarm", &nothing, &|o| o.class != Class::Nothing, [0.01, 0.0], false);
-    let named = of(&|o| o.set.kind != Kind::Outside && o.class != Class::Refused);
+    let nothing = of(&|o| o.set.kind() == Kind::Nothing && o.class != Class::Refused);
+    share(&mut out, "false alarm", &nothing, &is_alarm, [0.01, 0.0], false);
+    let named = of(&|o| !outside(o) && o.class != Class::Refused);
     share(&mut out, "wrong lone name", &named, &|o| o.class == Class::Wrong, [0.005, 0.0], false);
     for (size, aims) in [(0.30, [0.95, 0.99]), (0.10, [0.85, 0.92])] {
-        let list = of(&|o| o.set.kind == Kind::Pair && o.set.size == size);
+        let list = of(&|o| o.set.kind() == Kind::Pair && o.set.of.size == size);
         share(&mut out, &format!("pairs, {:.0} %, both named", 100.0 * size), &list, &exact, aims, true);
     }
-    let outside = |recorded: bool| {
-        of(&|o| o.set.kind == Kind::Outside && o.required() && matches!(o.set.hide, Hide::Outside(_)) == recorded)
-    };
-    for (what, recorded) in [("outside the library", true), ("driver not recorded", false)] {
+    for (what, kind) in [("outside the library", Kind::Outside), ("driver not recorded", Kind::Unrecorded)] {
         let what = format!("{what}, required, unexplained");
-        share(&mut out, &what, &outside(recorded), &|o| o.class == Class::Unexplained, [0.95, 0.99], true);
+        let list = of(&|o| o.set.kind() == kind && o.required());
+        share(&mut out, &what, &list, &|o| o.class == Class::Unexplained, [0.95, 0.99], true);
     }
-    let ten = of(&|o| single(o) && o.set.size == 0.10 && o.required() && exact(o) && o.amplitude_error.is_some());
+    let ten = of(&|o| single(o) && o.set.of.size == 0.10 && o.required() && exact(o) && o.amplitude_error.is_some());
     let errors: Vec<f64> = ten.iter().filter_map(|o| o.amplitude_error).collect();
     // Half of normal errors are below 0.6745 standard deviations, nine tenths below 1.645.
     let by_oracle = |z: f64| ten.iter().filter_map(|o| o.oracle_amplitude_sd).map(|sd| z * sd).collect::<Vec<f64>>();
@@ -123,11 +120,10 @@ pub fn table(all: &[Outcome]) -> String {
         number(&mut out, &what, errors.clone(), at, 100.0, aims);
     }
     let best = quantile(by_oracle(0.6745), 0.5) * 100.0;
-    let _ = writeln!(
-        out,
-        "| the same of the oracle, which is given the finger, median, % | {} sets | {best:.3} | | | |",
-        ten.len()
-    );
+    if !ten.is_empty() {
+        let what = "the same of the oracle, which is given the finger, median, %";
+        let _ = writeln!(out, "| {what} | {} sets | {best:.3} | | | |", ten.len());
+    }
     let covered = of(&|o| single(o) && exact(o) && o.covered.is_some());
     share(&mut out, "95 % intervals cover, exact forms", &covered, &|o| o.covered == Some(true), [0.93, 0.95], true);
     let after: Vec<f64> =
@@ -144,14 +140,85 @@ pub fn table(all: &[Outcome]) -> String {
     for (what, broken) in promises {
         share(&mut out, what, &read, broken, [0.0, 0.0], false);
     }
-    let sixty = of(&|o| o.set.runs == 60 && o.class != Class::Refused);
+    let sixty = of(&|o| o.set.of.runs == 60 && o.class != Class::Refused);
     for (what, seconds) in
         [("page and all pictures", (|o| o.seconds_with_page) as fn(&Outcome) -> f64), ("no pictures", |o| o.seconds)]
     {
         let what = format!("60 runs x 30 rows, {what}, median of one core's time, s");
         number(&mut out, &what, sixty.iter().map(|o| seconds(o)).collect(), 0.5, 1.0, [0.3, 0.1]);
     }
-    out + &parts(all) + &misses(all)
+    out + &parts(all) + &by_level(all) + &instruments(all) + &misses(all)
+}
+
+/// Whether a set without an effect has a name. Naming a lag of the measured runs or what the finger does in all files is right.
+fn is_alarm(o: &Outcome) -> bool {
+    !matches!(o.class, Class::Nothing | Class::Exact | Class::OfFinger)
+}
+
+/// Single effects by size and level of confounding.
+fn by_level(all: &[Outcome]) -> String {
+    let mut out = "\n| size, level | required, named alone | all: exact, ambiguous with the truth, nothing, part or extra, unexplained, wrong | held-out over floor, median |\n|---|---|---|---|\n".to_owned();
+    for (size, level) in [0.03, 0.10, 0.30].into_iter().flat_map(|size| [0, 1, 2].map(|level| (size, level))) {
+        let cell: Vec<&Outcome> =
+            all.iter().filter(|o| single(o) && o.set.of.size == size && o.set.of.level == level).collect();
+        if cell.is_empty() {
+            continue;
+        }
+        let count = |classes: &[Class]| cell.iter().filter(|o| classes.contains(&o.class)).count();
+        let required: Vec<&&Outcome> = cell.iter().filter(|o| o.required()).collect();
+        let held_out = |k: usize| quantile(cell.iter().filter_map(|o| o.held_out.map(|h| h[k])).collect(), 0.5);
+        let _ = writeln!(
+            out,
+            "| {:.0} %, {level} | {} of {} | {}, {}, {}, {}, {}, {} | {:.2} -> {:.2} |",
+            100.0 * size,
+            required.iter().filter(|o| exact(o)).count(),
+            required.len(),
+            count(&[Class::Exact]),
+            count(&[Class::AmbiguousWithTruth]),
+            count(&[Class::Nothing]),
+            count(&[Class::Part, Class::Extra]),
+            count(&[Class::Unexplained]),
+            count(&[Class::Wrong, Class::AmbiguousWithout]),
+            held_out(0),
+            held_out(1)
+        );
+    }
+    out
+}
+
+/// What was found of the sensor and of the laboratory: lags, spikes, noise; and laws of the finger itself.
+fn instruments(all: &[Outcome]) -> String {
+    let mut out = String::new();
+    let found: Vec<_> = all.iter().filter_map(|o| o.lag).collect();
+    if !found.is_empty() {
+        let mean = |of: &dyn Fn(&LagScored) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
+        let _ = writeln!(
+            out,
+            "\nlag of the forces: found in {} of {} sets; found less true {:.2} ms in the mean, {:.2} ms RMS; 95 % interval +-{:.2} ms, covers {}",
+            found.len(),
+            all.len(),
+            1e3 * mean(&|l| l.error_s),
+            1e3 * mean(&|l| l.error_s.powi(2)).sqrt(),
+            1e3 * mean(&|l| l.half_s),
+            found.iter().filter(|l| l.covered).count()
+        );
+    }
+    let nothing: Vec<&Outcome> = all.iter().filter(|o| o.set.kind() == Kind::Nothing).collect();
+    let count = |hit: Choice<'_>| nothing.iter().filter(|o| hit(o)).count();
+    let _ = writeln!(
+        out,
+        "\n{} sets without an effect: laws that the finger follows in all files named in {}; note about spikes in {}, as a red warning in {}",
+        nothing.len(),
+        count(&|o| o.class == Class::OfFinger),
+        count(&|o| o.spikes[0]),
+        count(&|o| o.spikes[1])
+    );
+    for (k, what) in NOISE.iter().enumerate() {
+        let at = |share| quantile(all.iter().filter_map(|o| o.noise.map(|n| n[k])).collect(), share);
+        let [low, middle, high] = [0.25, 0.5, 0.75].map(at);
+        let _ = writeln!(out, "variance of {what} found over hidden: quartiles {low:.2}, {middle:.2}, {high:.2}");
+    }
+    out
 }
 
 /// Whether a plan that keeps its constraints settled a set.
@@ -190,32 +257,36 @@ pub fn settling(all: &[Outcome]) -> String {
 /// The shares by simulator and practice.
 fn parts(all: &[Outcome]) -> String {
     let mut out = "\n| simulator, practice | 10 and 30 %, required | 3 %, required | false alarms | wrong lone names | outside, not recorded | refused |\n|---|---|---|---|---|---|---|\n".to_owned();
-    for simulator in SimulatorKind::ALL {
-        for practice in Practice::ALL {
-            let here = |o: &&Outcome| o.set.simulator == simulator && o.set.practice == practice;
-            let part = |chosen: Choice<'_>, hit: Choice<'_>| {
-                let list: Vec<&Outcome> = all.iter().filter(here).filter(|o| chosen(o)).collect();
-                format!("{} of {}", list.iter().filter(|o| hit(o)).count(), list.len())
-            };
-            let single = |o: &Outcome| o.set.kind == Kind::Single && o.required();
-            let read = |o: &Outcome| o.class != Class::Refused;
-            let cells = [
-                part(&|o| single(o) && o.set.size > 0.05, &exact),
-                part(&|o| single(o) && o.set.size < 0.05, &exact),
-                part(&|o| o.set.kind == Kind::Nothing && read(o), &|o| o.class != Class::Nothing),
-                part(&|o| o.set.kind != Kind::Outside && read(o), &|o| o.class == Class::Wrong),
-                part(&|o| o.set.kind == Kind::Outside && o.required(), &|o| o.class == Class::Unexplained),
-                part(&|_| true, &|o| !read(o)),
-            ];
-            let _ = writeln!(out, "| {simulator:?}, {practice:?} | {} |", cells.join(" | "));
-        }
+    let mut seen: Vec<(SimulatorKind, Practice)> = Vec::new();
+    for o in all {
+        let here = (o.set.of.simulator, o.set.practice);
+        seen.extend((!seen.contains(&here)).then_some(here));
+    }
+    seen.sort_by_key(|here| format!("{here:?}"));
+    for (simulator, practice) in seen {
+        let here = |o: &&Outcome| (o.set.of.simulator, o.set.practice) == (simulator, practice);
+        let part = |chosen: Choice<'_>, hit: Choice<'_>| {
+            let list: Vec<&Outcome> = all.iter().filter(here).filter(|o| chosen(o)).collect();
+            format!("{} of {}", list.iter().filter(|o| hit(o)).count(), list.len())
+        };
+        let single = |o: &Outcome| single(o) && o.required();
+        let read = |o: &Outcome| o.class != Class::Refused;
+        let cells = [
+            part(&|o| single(o) && o.set.of.size > 0.05, &exact),
+            part(&|o| single(o) && o.set.of.size < 0.05, &exact),
+            part(&|o| o.set.kind() == Kind::Nothing && read(o), &is_alarm),
+            part(&|o| !outside(o) && read(o), &|o| o.class == Class::Wrong),
+            part(&|o| outside(o) && o.required(), &|o| o.class == Class::Unexplained),
+            part(&|_| true, &|o| !read(o)),
+        ];
+        let _ = writeln!(out, "| {simulator:?}, {practice:?} | {} |", cells.join(" | "));
     }
     out
 }
 
 /// What identifies a set: its seed, and what was hidden how and in how many runs.
 fn named(set: &ScoreSet) -> String {
-    let ScoreSet { seed, simulator, practice, size, level, runs, .. } = set;
+    let ScoreSet { practice, of: Wanted { seed, simulator, size, level, runs, .. } } = set;
     format!("{seed} {simulator:?} {practice:?} {:.0} % level {level} runs {runs}", 100.0 * size)
 }
 
@@ -223,11 +294,11 @@ fn named(set: &ScoreSet) -> String {
 fn misses(all: &[Outcome]) -> String {
     let mut out = "\nNot as wanted:\n".to_owned();
     for o in all {
-        let wanted = match o.set.kind {
-            Kind::Nothing => o.class == Class::Nothing || o.class == Class::Refused,
+        let wanted = match o.set.kind() {
+            Kind::Nothing => !is_alarm(o) || o.class == Class::Refused,
             Kind::Single => (o.class == Class::Exact || !o.required()) && o.class != Class::Wrong,
             Kind::Pair => o.class == Class::Exact,
-            Kind::Outside => o.class == Class::Unexplained || !o.required(),
+            Kind::Outside | Kind::Unrecorded => o.class == Class::Unexplained || !o.required(),
         };
         if !wanted || (o.plan_kept.is_some() && !is_settled(o)) {
             let _ = writeln!(
@@ -243,23 +314,4 @@ fn misses(all: &[Outcome]) -> String {
         }
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::wilson;
-
-    /// The interval's ends solve (p − share)² = z² p (1 − p) / n, after Wilson (1927).
-    #[test]
-    fn wilsons_interval_solves_its_equation() {
-        for (hits, of) in [(3, 20), (17, 20), (1, 500), (250, 500)] {
-            let share = hits as f64 / of as f64;
-            for p in wilson(hits, of) {
-                let left = (p - share).powi(2);
-                let right = 1.959_964f64.powi(2) * p * (1.0 - p) / of as f64;
-                assert!((left - right).abs() < 1e-12, "{hits} of {of}: {p}");
-            }
-        }
-        assert!(wilson(0, 48)[0] < 1e-12 && wilson(48, 48)[1] > 1.0 - 1e-12);
-    }
 }

@@ -64,7 +64,7 @@ pub enum Hide {
 }
 
 /// What a case is to be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Wanted {
     /// Who makes the readings.
     pub simulator: SimulatorKind,

@@ -6,16 +6,16 @@ use fingerpad::Effects;
 use fingerpad::host::ModelFile;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model,
-    power, replay_all, stability,
+    Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model, power, replay_all,
+    stability,
 };
 use fingerpad_tests::synthetic_truth::csv;
-use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::effects::place;
 use fingerpad_tests::synthetic_truth::score::{Class, reference, run, run_with_evidence, score, shipped};
 use fingerpad_tests::synthetic_truth::sets::{Hide, case};
 
 fn law(name: &str) -> Hide {
-    Hide::Law(LIBRARY.iter().position(|l| l.0 == name).unwrap())
+    Hide::Law(place(name))
 }
 
 #[test]
@@ -45,8 +45,7 @@ fn the_corrected_file_reproduces_the_gap_after() {
         (62, "cross_talk", 0.3),
     ] {
         let case = case(seed, law(name), size, 0, 60, true);
-        let (report, evidence) =
-            run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
+        let (report, evidence) = run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout));
         assert_eq!(report.verdict, Verdict::Named, "seed {seed} {name}");
         let made = corrected_model(shipped().file().model.data(), &reference(), &evidence).unwrap();
         // As `fingerpad eval --runs` reads it: the file alone, on the hold-out set as it was measured.
@@ -88,7 +87,7 @@ fn an_unrecorded_driver_is_never_a_law() {
 /// Power of 20 runs for one law, by a number of simulated sets instead of a time.
 fn power_of(law: &'static str, sizes: &[f64], sets: usize, runs: usize) -> Power {
     let made = case(70, Hide::Nothing, 0.0, 0, runs, true);
-    let (_, evidence) = run_with_evidence(&made.calibration, &made.measured, None, CORNEOMETER_SD_AU);
+    let (_, evidence) = run_with_evidence(&made.calibration, &made.measured, None);
     let (reference, settings) = (reference(), SelectionSettings::default());
     let again = Redecision::new(&evidence, &reference, &settings);
     let wanted = PowerSettings { seconds: 600.0, sizes: sizes.to_vec(), laws: vec![law], threads: 1, seed: 3 };
@@ -132,7 +131,7 @@ fn an_effect_of_few_runs_does_not_stand_without_them() {
         for run in made.measured.runs.iter_mut().take(spoilt) {
             run.force_n.iter_mut().for_each(|f| f[0] *= 1.5);
         }
-        let (report, evidence) = run_with_evidence(&made.calibration, &made.measured, None, CORNEOMETER_SD_AU);
+        let (report, evidence) = run_with_evidence(&made.calibration, &made.measured, None);
         let found = stability(&Redecision::new(&evidence, &reference, &settings), 10, 2, &|| ()).unwrap();
         assert_eq!(found.all.verdict, report.verdict);
         assert_eq!(found.groups.iter().map(|g| g.runs.len()).sum::<usize>(), 30);
@@ -154,8 +153,8 @@ fn an_effect_of_few_runs_does_not_stand_without_them() {
 fn the_file_holdout_finds_no_law_but_can_refute_one_and_the_format_changes_no_byte() {
     let a = case(30, law("temperature"), 0.2, 0, 40, true);
     let other = case(31, law("occlusion_growth"), 0.3, 0, 40, true);
-    let one = run(&a.calibration, &a.measured, Some(&a.holdout), CORNEOMETER_SD_AU);
-    let two = run(&a.calibration, &a.measured, Some(&other.holdout), CORNEOMETER_SD_AU);
+    let one = run(&a.calibration, &a.measured, Some(&a.holdout));
+    let two = run(&a.calibration, &a.measured, Some(&other.holdout));
     assert_eq!(one.verdict, Verdict::Named);
     // Held-out runs with another effect: the law that was found leaves them unexplained, and no law of theirs is looked for.
     assert!(two.holdout.ratio_before > 2.0, "{:?}", two.holdout);
@@ -182,7 +181,7 @@ fn the_file_holdout_finds_no_law_but_can_refute_one_and_the_format_changes_no_by
     let read = |p: &std::path::Path| runs_csv::read(p, &mut |_| true).unwrap();
     let (x, y) = (read(&plain), read(&odd));
     assert_eq!(y.notes.len(), 1, "{:?}", y.notes);
-    let json = |set| serde_json::to_string(&run(&a.calibration, set, Some(&a.holdout), CORNEOMETER_SD_AU)).unwrap();
+    let json = |set| serde_json::to_string(&run(&a.calibration, set, Some(&a.holdout))).unwrap();
     assert_eq!(json(&x), json(&y));
 }
 

@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, LawsFile, PlanConstraints, RunSet, check, diagnose_forces, runs_csv, suspicions,
-    trace_csv, varied_in_calibration,
+    ColumnMap, LawsFile, PlanConstraints, RunSet, check, diagnose_forces, runs_csv, suspicions, trace_csv,
+    varied_in_calibration,
 };
-use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::effects::{LIBRARY, place};
 use fingerpad_tests::synthetic_truth::fe_sets;
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::score::try_run;
@@ -91,19 +91,18 @@ fn stored_files_raise_no_suspicion() {
 /// reported without the warning; in their own roles they are diagnosed without one.
 #[test]
 fn exchanged_files_are_found_and_correct_ones_are_not() {
-    let index = |name: &str| LIBRARY.iter().position(|l| l.0 == name).unwrap();
     let mut refused = 0;
     let mut hidden: Vec<(u64, Hide)> = ["hydration_bell", "temperature", "speed_log", "subject_size", "viscous_drag"]
         .iter()
         .zip(1..)
-        .map(|(name, seed)| (seed, Hide::Law(index(name))))
+        .map(|(name, seed)| (seed, Hide::Law(place(name))))
         .collect();
-    hidden.push((6, Hide::Law(index("tare_bias"))));
+    hidden.push((6, Hide::Law(place("tare_bias"))));
     hidden.push((7, Hide::Nothing));
     for simulator in SimulatorKind::ALL {
         for &(seed, hide) in &hidden {
             let case = case(simulator, Protocol::Plane, seed, hide, 0);
-            let run = |c: &RunSet, m: &RunSet| try_run(c, m, None, CORNEOMETER_SD_AU, PlanConstraints::default());
+            let run = |c: &RunSet, m: &RunSet| try_run(c, m, None, PlanConstraints::default());
             let warned = |report: &fingerpad_diagnose::Diagnosis| report.cautions.iter().any(|c| c.kind == "exchanged");
             let (report, _) = run(&case.calibration, &case.measured).unwrap();
             assert!(!warned(&report), "{simulator:?} {seed}: {:?}", report.cautions);

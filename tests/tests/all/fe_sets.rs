@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad_diagnose::{CORNEOMETER_SD_AU, RunSet, Verdict};
+use fingerpad_diagnose::{RunSet, Verdict};
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::fe_sets::{confirm, sets};
 use fingerpad_tests::synthetic_truth::score::{run, run_with_evidence};
@@ -14,7 +14,7 @@ fn effects_inside_the_finite_element_law_are_named() {
     let (mut laws, mut right, mut wrong, mut alarms) = (0, 0, 0, 0);
     for set in sets() {
         let calibration = calibrations.entry(set.shape.clone()).or_insert_with(|| set.calibration());
-        let report = run(calibration, &set.measured(), None, CORNEOMETER_SD_AU);
+        let report = run(calibration, &set.measured(), None);
         let hidden = LIBRARY.iter().find(|l| l.0 == set.law);
         let families: Vec<&str> = report.effects.iter().map(|e| e.family.as_str()).collect();
         let lone = report.verdict == Verdict::Named;
@@ -57,10 +57,10 @@ fn effects_inside_the_finite_element_law_are_named() {
 
 /// The finite elements' own gap closes down to the floor. `cargo xtask bench confirm` does it for all sets.
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn the_finite_elements_confirm_what_was_named() {
     let set = sets().into_iter().find(|s| s.law == "strain_stiffening").unwrap();
-    let (report, evidence) = run_with_evidence(&set.calibration(), &set.measured(), None, CORNEOMETER_SD_AU);
+    let (report, evidence) = run_with_evidence(&set.calibration(), &set.measured(), None);
     assert_eq!(report.effects.len(), 1);
     let fe = confirm(&evidence, &set.shape, 8, 2);
     println!("{fe:?}");

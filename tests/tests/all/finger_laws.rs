@@ -1,22 +1,21 @@
 //! Laws that a finger follows in every file: the calibration shows them, they count as no missing effect, and they hide none.
 
-use fingerpad_diagnose::{CORNEOMETER_SD_AU, Diagnosis, Verdict};
+use fingerpad_diagnose::{Diagnosis, Verdict};
 use fingerpad_tests::synthetic_truth::Random;
 use fingerpad_tests::synthetic_truth::brush_finger::{BrushFinger, OWN_FAMILIES};
-use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::effects::place;
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::score::run_with_evidence;
 use fingerpad_tests::synthetic_truth::sets::{Case, Hide, Wanted, make};
 use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
 
 fn hidden(simulator: SimulatorKind, seed: u64, law: Option<&str>, size: f64) -> Case {
-    let place = |law: &str| LIBRARY.iter().position(|l| l.0 == law).expect("a law of the library");
     let hide = law.map_or(Hide::Nothing, |law| Hide::Law(place(law)));
     make(Wanted { simulator, protocol: Protocol::Plane, seed, hide, size, level: 0, runs: 60, exact_form: true })
 }
 
 fn diagnosed(case: &Case) -> Diagnosis {
-    let (report, _) = run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout), CORNEOMETER_SD_AU);
+    let (report, _) = run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout));
     let of_finger: Vec<(&str, f64)> = report.finger_laws.iter().map(|law| (law.law.as_str(), law.gain_2ll)).collect();
     let named: Vec<(&str, f64)> = report.effects.iter().map(|e| (e.law.as_str(), e.gain_2ll)).collect();
     println!("seed {}: of the finger {of_finger:?}; {:?} {named:?}", case.seed, report.verdict);

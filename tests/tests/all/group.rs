@@ -4,7 +4,7 @@ use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, CovariateError, DiagnoseError, FingerSets, GroupDiagnosis, GroupVerdict, LawsFile, Options,
     PlanConstraints, SelectionSettings, Verdict, diagnose_group, laws::Column,
 };
-use fingerpad_tests::synthetic_truth::effects::LIBRARY;
+use fingerpad_tests::synthetic_truth::effects::place;
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
 use fingerpad_tests::synthetic_truth::score::reference;
 use fingerpad_tests::synthetic_truth::sets::{Hide, case_of};
@@ -17,10 +17,9 @@ fn fingers(first: u64, sizes: &[f64], rising: bool) -> Vec<FingerSets> {
 
 /// The same under another protocol.
 fn fingers_in(protocol: Protocol, first: u64, sizes: &[f64], rising: bool) -> Vec<FingerSets> {
-    let law = LIBRARY.iter().position(|l| l.0 == "temperature").expect("a law of the library");
     let mut seeds = first..;
     let mut one = |&size: &f64| {
-        let hide = if size > 0.0 { Hide::Law(law) } else { Hide::Nothing };
+        let hide = if size > 0.0 { Hide::Law(place("temperature")) } else { Hide::Nothing };
         let cases = seeds.by_ref().map(|seed| case_of(protocol, seed, hide, size, 0, 30, true));
         let mut fitting = cases.filter(|made| !rising || made.truth[0].amplitude > 0.0);
         let made = fitting.next().expect("seeds do not end");
@@ -99,7 +98,7 @@ fn different_sizes_are_reported_as_heterogeneity() {
 /// Forces of the measured runs that come 5 to 20 ms later than those of the calibration are each finger's own: they hide no shared law and
 /// make none.
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn a_lag_of_the_measured_runs_is_no_shared_law() {
     let report = diagnosed(&fingers_in(Protocol::LagDiffers, 930, &[0.0; 3], false)).unwrap();
     assert_eq!(report.verdict, GroupVerdict::None);

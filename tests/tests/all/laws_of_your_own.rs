@@ -110,7 +110,7 @@ fn named(report: &Diagnosis) -> Vec<&str> {
 
 /// At 10 %, under a faultless logger and under one with spikes, lost rows and a coarse clock.
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn a_hidden_electroadhesion_is_named_with_its_law_and_nothing_else_without() {
     for (protocol, seeds) in [(Protocol::Clean, 301..304), (Protocol::Disturbed, 301..306)] {
         for seed in seeds {
@@ -228,7 +228,7 @@ fn under_changing_voltage(case: &Case, seed: u64, law: &str, size: f64) -> RunSe
 
 /// A law of the derivative of a column and one of an earlier value, at 100 rows a second with and without a lag of the forces.
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn laws_of_a_rate_and_of_an_earlier_value_are_named_and_not_that_of_the_value_now() {
     for (protocol, seed, law, size) in [
         (loggers::Protocol::Uniform100, 341, "late", 0.06),
@@ -405,7 +405,7 @@ fn the_finite_elements_take_a_law_of_a_file_as_the_librarys() {
 /// The finite elements' own gap closes with a law of a file: the stored set whose strength falls with the temperature, which
 /// here is the plate's and a column of the user's own.
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn the_finite_elements_confirm_a_law_of_a_file() {
     let laws = plate(
         "strength",

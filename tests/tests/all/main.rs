@@ -19,4 +19,3 @@ mod protocols;
 mod second_simulator;
 mod shipped;
 mod table;
-mod verification;

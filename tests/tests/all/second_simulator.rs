@@ -4,7 +4,7 @@ use fingerpad_tests::synthetic_truth::Random;
 use fingerpad_tests::synthetic_truth::half_space_finger::{HalfSpaceFinger, POISSON};
 use fingerpad_tests::synthetic_truth::laboratory::Scatter;
 use fingerpad_tests::synthetic_truth::protocol::{Plan, Stroke, StrokeRow, strokes};
-use fingerpad_tests::synthetic_truth::simulator::Simulator;
+use fingerpad_tests::synthetic_truth::simulator::{Simulator, Stepped};
 
 /// Presses to a depth, then slides through the places along x, one row each.
 fn slide(depth_mm: f64, places_mm: &[f64]) -> Stroke {

@@ -80,7 +80,7 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
     let vibrations = runs.iter().filter(|run| run.kind == Kind::Vibration && run.ended_early.is_none() && !run.spins());
     let off: Vec<f64> = vibrations.flat_map(|run| changes_by_cycles(run, &replay(&model, run))).collect();
     verify("vibrations", "change of friction against finite elements, RMS", rms_of(&off), 0.015);
-    verify("vibrations", "the same, largest", off.iter().fold(0.0, |most, d| most.max(*d)), 0.035);
+    verify("vibrations", "the same, largest", off.iter().copied().fold(0.0, f64::max), 0.035);
 }
 
 /// Root mean square of at least one number.

@@ -86,7 +86,7 @@ fn found(table: MeasuredTable) -> Finding {
 }
 
 #[test]
-#[ignore = "minutes of finite elements: `cargo xtask verify tables`"]
+#[ignore = "weekly"]
 fn planted_effects_are_named_or_among_the_contenders() {
     let _alone = one_at_a_time();
     use Parameter::*;
@@ -124,7 +124,7 @@ fn planted_effects_are_named_or_among_the_contenders() {
 
 /// Table 1: a zero of the normal force explains more with four constants than the exponent does, and the table cannot prove it.
 #[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
+#[ignore = "nightly"]
 fn the_published_table_is_diagnosed_end_to_end() {
     let _alone = one_at_a_time();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/yoshida2011.csv");

@@ -1,25 +1,16 @@
 //! Score card of `fingerpad diagnose` on hidden sets from an independent simulator.
 
-mod card;
 mod power;
-mod whole_score;
 
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use fingerpad_tests::synthetic_truth::csv;
-use fingerpad_tests::synthetic_truth::effects::{LIBRARY, OUTSIDE};
-use fingerpad_tests::synthetic_truth::laboratory::Noise;
 use fingerpad_tests::synthetic_truth::loggers::Protocol;
-use fingerpad_tests::synthetic_truth::oracle::{Separation, separation};
-use fingerpad_tests::synthetic_truth::score::{Class, Scored, score, settle};
-use fingerpad_tests::synthetic_truth::sets::{Hide, Wanted, make};
+use fingerpad_tests::synthetic_truth::score_sets::{self, Kind, ScoreSet, judge_all};
+use fingerpad_tests::synthetic_truth::score_table::{settling, table};
+use fingerpad_tests::synthetic_truth::sets::make;
 use fingerpad_tests::synthetic_truth::simulator::SimulatorKind;
-
-use card::card;
-use whole_score::whole_score;
 
 #[derive(Parser)]
 #[command(about = "Score card of the diagnosis on hidden sets", name = "cargo xtask bench diagnose")]
@@ -30,24 +21,24 @@ struct Args {
     /// Added to every seed: another number gives other sets
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Only these kinds: single, none, pair, outside, unrecorded
-    #[arg(long, value_delimiter = ',')]
-    kinds: Vec<String>,
+    /// Only these kinds
+    #[arg(long, value_enum, value_delimiter = ',')]
+    kinds: Vec<Kind>,
     /// Who makes the readings
     #[arg(long, value_enum, default_value = "first")]
     simulator: Simulators,
-    /// The whole score of both simulators in five practices instead; goes on where it stopped
+    /// The whole score of both simulators in five practices instead
     #[arg(long)]
     score: bool,
     /// Of the score only the single effects that end ambiguous, and what the proposed strokes make of them; the oracle is
     /// asked for these alone
     #[arg(long, requires = "score")]
     ambiguous: bool,
-    /// The score's first sets only, in an order that mixes all kinds
+    /// The first sets only; those of the score are in an order that mixes all kinds
     #[arg(long)]
     sets: Option<usize>,
-    /// The score's file, a line a set [default: target/diagnose-score-SEED.jsonl, or
-    /// target/diagnose-ambiguous-SEED.jsonl]
+    /// Keep the outcomes in this file, a line a set, and go on where it stopped [default with --score:
+    /// target/diagnose-score-SEED.jsonl, or target/diagnose-ambiguous-SEED.jsonl]
     #[arg(long)]
     out: Option<PathBuf>,
     /// How the laboratory moves and logs
@@ -71,7 +62,7 @@ struct Args {
     /// Only this level of confounding: 0, 1 or 2
     #[arg(long)]
     level: Option<usize>,
-    /// Print every set that is not as wanted
+    /// Print the predicted power law by law
     #[arg(long)]
     verbose: bool,
 }
@@ -100,93 +91,21 @@ impl Simulators {
     }
 }
 
-/// A set to be made.
-#[derive(Clone, Copy)]
-struct Job {
-    simulator: SimulatorKind,
-    seed: u64,
-    kind: &'static str,
-    hide: Hide,
-    size: f64,
-    level: usize,
-    runs: usize,
-}
-
-struct Done {
-    job: Job,
-    scored: Scored,
-    oracle: Option<Separation>,
-    settled: Option<Class>,
-    exact_form: bool,
-    truth: Vec<String>,
-    noise: Noise,
-}
-
-const PAIRS: [(usize, usize); 16] = [
-    (0, 13),
-    (1, 11),
-    (4, 13),
-    (5, 8),
-    (7, 12),
-    (3, 14),
-    (16, 9),
-    (15, 4),
-    (2, 6),
-    (0, 5),
-    (8, 12),
-    (1, 7),
-    (10, 0),
-    (14, 4),
-    (16, 5),
-    (6, 13),
-];
-
-fn jobs(args: &Args) -> Vec<Job> {
-    args.simulator.kinds().iter().flat_map(|simulator| jobs_of(*simulator, args)).collect()
-}
-
-fn jobs_of(simulator: SimulatorKind, args: &Args) -> Vec<Job> {
-    let mut out = Vec::new();
-    let mut seed = 40_000 + 100_000 * args.seed;
-    let mut add = |kind, hide, size, level, runs| {
-        seed += 1;
-        out.push(Job { simulator, seed, kind, hide, size, level, runs });
+/// The sets that are asked for, in their order.
+fn wanted(args: &Args) -> Vec<ScoreSet> {
+    let simulators = args.simulator.kinds();
+    let mut out = if args.score {
+        score_sets::sets(args.seed, simulators)
+    } else {
+        let of = |simulator: &SimulatorKind| score_sets::card(args.seed, *simulator, args.protocol, args.repeats);
+        simulators.iter().flat_map(of).collect()
     };
-    for _ in 0..args.repeats {
-        for size in [0.03, 0.10, 0.30] {
-            for level in 0..3 {
-                for law in 0..LIBRARY.len() {
-                    add("single", Hide::Law(law), size, level, 60);
-                }
-            }
-        }
-        for level in 0..3 {
-            for k in 0..16 {
-                add("none", Hide::Nothing, 0.0, level, [40, 60, 100, 60][k % 4]);
-            }
-        }
-        for size in [0.10, 0.30] {
-            for (i, j) in PAIRS {
-                add("pair", Hide::Pair(i, j), size, 0, 60);
-            }
-            for k in 0..OUTSIDE.len() {
-                add("outside", Hide::Outside(k), size, 0, 60);
-                add("outside", Hide::Outside(k), size, 0, 60);
-            }
-            for law in [0, 6, 8, 14, 16] {
-                add("unrecorded", Hide::Unrecorded(law), size, 0, 60);
-                add("unrecorded", Hide::Unrecorded(law), size, 1, 60);
-            }
-        }
-    }
-    if !args.only.is_empty() {
-        out.retain(|j| args.only.contains(&j.seed));
-    }
-    out.retain(|j| args.level.is_none_or(|level| j.level == level));
-    out.retain(|j| j.kind == "none" || j.size >= args.least_size);
-    if !args.kinds.is_empty() {
-        out.retain(|j| args.kinds.iter().any(|k| k == j.kind));
-    }
+    out.retain(|set| args.only.is_empty() || args.only.contains(&set.of.seed));
+    out.retain(|set| !args.ambiguous || set.kind() == Kind::Single);
+    out.retain(|set| args.kinds.is_empty() || args.kinds.contains(&set.kind()));
+    out.retain(|set| args.level.is_none_or(|level| set.of.level == level));
+    out.retain(|set| set.kind() == Kind::Nothing || set.of.size >= args.least_size);
+    out.truncate(args.sets.unwrap_or(usize::MAX));
     out
 }
 
@@ -195,50 +114,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if args.score && args.simulator == Simulators::Third {
         return Err("--score has sets of --simulator first, second or both; third has none".into());
     }
-    if args.score {
-        return whole_score(&args);
-    }
-    let jobs = jobs(&args);
+    let wanted = wanted(&args);
     if let Some(sets) = args.power {
-        power::compare(&jobs, &args, sets);
+        power::compare(&wanted, &args, sets);
         return Ok(());
     }
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, Done)>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..args.threads {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(job) = jobs.get(i).copied() else { break };
-                    let exact_form = job.seed % 2 == 0;
-                    let Job { simulator, seed, hide, size, level, runs, .. } = job;
-                    let protocol = args.protocol;
-                    let made = make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form });
-                    if let Some(folder) = &args.dump {
-                        for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
-                            let path = folder.join(format!("{}_{role}.csv", job.seed));
-                            std::fs::write(path, csv::text(set)).expect("the folder can be written to");
-                        }
-                    }
-                    let oracle = (job.kind == "single").then(|| separation(&made));
-                    let scored = score(&made);
-                    let settled =
-                        settle(&made, &scored.report).filter(|_| job.kind == "single").map(|again| again.class);
-                    let mut list = done.lock().expect("no thread panics with it");
-                    let truth =
-                        made.truth.iter().map(|e| format!("{} {:.4} {:.2?}", e.name, e.amplitude, e.shape)).collect();
-                    list.push((i, Done { job, scored, oracle, settled, exact_form, truth, noise: made.noise }));
-                    if list.len().is_multiple_of(20) {
-                        eprintln!("{} of {}", list.len(), jobs.len());
-                    }
-                }
-            });
+    if let Some(folder) = &args.dump {
+        for set in &wanted {
+            let made = make(set.of);
+            for (set, role) in [(&made.calibration, "c"), (&made.measured, "m"), (&made.holdout, "h")] {
+                std::fs::write(folder.join(format!("{}_{role}.csv", made.seed)), csv::text(set))?;
+            }
         }
-    });
-    let mut done = done.into_inner().expect("all threads are done");
-    done.sort_by_key(|d| d.0);
-    let done: Vec<Done> = done.into_iter().map(|d| d.1).collect();
-    card(&done, &args);
+    }
+    let name = if args.ambiguous { "ambiguous" } else { "score" };
+    let default = args.score.then(|| PathBuf::from(format!("target/diagnose-{name}-{}.jsonl", args.seed)));
+    let file = args.out.clone().or(default);
+    let done = judge_all(&wanted, file.as_deref(), args.threads, args.ambiguous)?;
+    println!("seed {}, {}", args.seed, if args.ambiguous { settling(&done) } else { table(&done) });
     Ok(())
 }

@@ -5,16 +5,17 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fingerpad_diagnose::{CORNEOMETER_SD_AU, PowerSettings, Rate, Redecision, SelectionSettings, power};
+use fingerpad_diagnose::{PowerSettings, Rate, Redecision, SelectionSettings, power};
 use fingerpad_tests::synthetic_truth::effects::LIBRARY;
 use fingerpad_tests::synthetic_truth::score::{Class, classified, reference, run_with_evidence};
+use fingerpad_tests::synthetic_truth::score_sets::ScoreSet;
 use fingerpad_tests::synthetic_truth::sets::{Hide, Wanted, make};
 
-use crate::{Args, Job};
+use crate::Args;
 
-/// What was counted and predicted for one job.
+/// What was counted and predicted for one set.
 struct Compared {
-    job: Job,
+    of: Wanted,
     class: Class,
     /// Simulated sets of its law: number, detected, named, named wrongly.
     predicted: [usize; 4],
@@ -24,15 +25,16 @@ struct Compared {
 }
 
 /// Compares the two on the single effects and the sets without one.
-pub fn compare(jobs: &[Job], args: &Args, sets: usize) {
-    let jobs: Vec<Job> = jobs.iter().filter(|j| matches!(j.hide, Hide::Law(_) | Hide::Nothing)).copied().collect();
+pub fn compare(wanted: &[ScoreSet], args: &Args, sets: usize) {
+    let all = wanted.iter().map(|set| set.of);
+    let jobs: Vec<Wanted> = all.filter(|of| matches!(of.hide, Hide::Law(_) | Hide::Nothing)).collect();
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<Compared>> = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         for _ in 0..args.threads {
             scope.spawn(|| {
                 while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
-                    let compared = one(job, args, sets);
+                    let compared = one(job, sets);
                     let mut list = done.lock().expect("no thread panics with it");
                     list.push(compared);
                     if list.len().is_multiple_of(20) {
@@ -46,11 +48,10 @@ pub fn compare(jobs: &[Job], args: &Args, sets: usize) {
     print(&done, args);
 }
 
-fn one(job: Job, args: &Args, sets: usize) -> Compared {
-    let Job { simulator, seed, hide, size, level, runs, .. } = job;
-    let protocol = args.protocol;
-    let made = make(Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form: seed % 2 == 0 });
-    let (report, evidence) = run_with_evidence(&made.calibration, &made.measured, None, CORNEOMETER_SD_AU);
+fn one(of: Wanted, sets: usize) -> Compared {
+    let Wanted { seed, hide, size, .. } = of;
+    let made = make(of);
+    let (report, evidence) = run_with_evidence(&made.calibration, &made.measured, None);
     let class = classified(&made, &report);
     let (reference, settings) = (reference(), SelectionSettings::default());
     let again = Redecision::new(&evidence, &reference, &settings);
@@ -69,7 +70,7 @@ fn one(job: Job, args: &Args, sets: usize) -> Compared {
         .first()
         .map_or([0; 4], |cell| [cell.named.sets, cell.detected.count, cell.named.count, cell.misnamed.count]);
     let alarms = [found.false_alarm.sets, found.false_alarm.count];
-    Compared { job, class, predicted, alarms, seconds: started.elapsed().as_secs_f64() / found.sets.max(1) as f64 }
+    Compared { of, class, predicted, alarms, seconds: started.elapsed().as_secs_f64() / found.sets.max(1) as f64 }
 }
 
 fn rate(count: usize, sets: usize) -> String {
@@ -80,11 +81,11 @@ fn rate(count: usize, sets: usize) -> String {
 
 fn print(done: &[Compared], args: &Args) {
     for simulator in args.simulator.kinds() {
-        let own: Vec<&Compared> = done.iter().filter(|c| c.job.simulator == *simulator).collect();
+        let own: Vec<&Compared> = done.iter().filter(|c| c.of.simulator == *simulator).collect();
         println!("{simulator:?} simulator: predicted from the calibrations | counted");
         for size in [0.03, 0.10, 0.30] {
             let cell: Vec<&Compared> =
-                own.iter().copied().filter(|c| matches!(c.job.hide, Hide::Law(_)) && c.job.size == size).collect();
+                own.iter().copied().filter(|c| matches!(c.of.hide, Hide::Law(_)) && c.of.size == size).collect();
             if cell.is_empty() {
                 continue;
             }
@@ -98,7 +99,7 @@ fn print(done: &[Compared], args: &Args) {
             row("misnamed", 3, count(&|c| c == Class::Wrong));
             if args.verbose {
                 for (i, (law, _)) in LIBRARY.iter().enumerate() {
-                    let of_law: Vec<&&Compared> = cell.iter().filter(|c| c.job.hide == Hide::Law(i)).collect();
+                    let of_law: Vec<&&Compared> = cell.iter().filter(|c| c.of.hide == Hide::Law(i)).collect();
                     let sum = |k: usize| of_law.iter().map(|c| c.predicted[k]).sum::<usize>();
                     let counted = of_law.iter().filter(|c| c.class == Class::Exact).count();
                     println!("      {law:18} named {} of {} | {counted} of {}", sum(2), sum(0), of_law.len());
@@ -106,7 +107,7 @@ fn print(done: &[Compared], args: &Args) {
             }
         }
         let alarms = |k: usize| own.iter().map(|c| c.alarms[k]).sum::<usize>();
-        let none: Vec<&&Compared> = own.iter().filter(|c| c.job.hide == Hide::Nothing).collect();
+        let none: Vec<&&Compared> = own.iter().filter(|c| c.of.hide == Hide::Nothing).collect();
         let counted = none.iter().filter(|c| c.class != Class::Nothing).count();
         println!("  false alarms    {} | {}", rate(alarms(1), alarms(0)), rate(counted, none.len()));
         let mut seconds: Vec<f64> = own.iter().map(|c| c.seconds).collect();

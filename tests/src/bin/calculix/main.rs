@@ -38,7 +38,7 @@ fn main() -> ExitCode {
     let version = Runner::default().version().unwrap_or_else(|e| panic!("{e}"));
     println!("CalculiX: {version}, C3D8R, SPOOLES, 1 thread; penalty {PENALTY_MPA_PER_MM} MPa/mm in both");
     let presets = [MeshPreset::Coarse, MeshPreset::Medium];
-    let presets = if quick { &presets[..1] } else { &presets };
+    let presets = if quick { &presets[..1] } else { &presets[..] };
     let limit = |default_s| Duration::from_secs(timeout_s.unwrap_or(default_s));
     let passes = match what {
         What::Verify => verify::run(presets, limit(3600)),

@@ -24,7 +24,9 @@ pub fn run(presets: &[MeshPreset], limit: Duration) -> bool {
             }
         }
     }
-    println!("(with mean dilatation the difference is the element's, and falls with the mesh: `cargo xtask verify elements`)");
+    println!(
+        "(with mean dilatation the difference is the element's, and falls with the mesh: `cargo xtask verify elements`)"
+    );
     failed += sphere(presets, limit) + slide(&Case::new("a", MeshPreset::Coarse), limit);
     println!("\n{failed} rows with the same element fail");
     failed == 0
@@ -38,7 +40,9 @@ fn show(rows: &[Row]) -> usize {
 }
 
 fn sphere(presets: &[MeshPreset], limit: Duration) -> usize {
-    println!("\nfrictionless press on a rigid sphere of {SPHERE_MM} mm; it bulges between the nodes, where ours touches");
+    println!(
+        "\nfrictionless press on a rigid sphere of {SPHERE_MM} mm; it bulges between the nodes, where ours touches"
+    );
     let (mut failed, mut same) = (0, Vec::new());
     for case in presets.iter().map(|preset| Case::new("a", *preset)) {
         for (element, rows) in sphere_rows(&case, limit) {
@@ -66,7 +70,9 @@ fn slide(case: &Case, limit: Duration) -> usize {
         let case = case.clone().with(element);
         let finger = case.finger();
         println!("\n{}", case.line(&finger));
-        println!("left: friction, N; right: CalculiX's mean pad displacement plus its distance to ours, and its length, mm");
+        println!(
+            "left: friction, N; right: CalculiX's mean pad displacement plus its distance to ours, and its length, mm"
+        );
         println!("slide mm         ours     CalculiX  difference   limit   |");
         for [friction, displacement] in slide_rows(element, &slide_ours(&finger, GAMMA_CRIT_MM), &calculix) {
             println!("{friction} | {displacement}");

@@ -56,7 +56,8 @@ fn vibration(model: &Model<'_>, folder: &Path) -> Result<Vec<TraceChart>, Failur
         let size = |f: &[f32; 2]| f64::from(f[0].hypot(f[1]));
         let elements = run.samples.iter().map(|s| [f64::from(s.t_s), size(&s.friction_n)]).collect();
         let replayed = replay(model, run);
-        let of_model = run.samples.iter().zip(&replayed).map(|(s, r)| [f64::from(s.t_s), size(&r.friction_n)]).collect();
+        let of_model =
+            run.samples.iter().zip(&replayed).map(|(s, r)| [f64::from(s.t_s), size(&r.friction_n)]).collect();
         let depth = run.samples.iter().map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
         chart(
             format!("Load held under vibration of {:.0} % of {depth:.1} mm ({})", 100.0 * swing(run) / depth, run.name),

@@ -1,12 +1,12 @@
 //! Depth counts from the analytic surface in every pose, so that the mesh's nodes have no influence on it.
 
-use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
-use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::{
+use crate::{
     problems::fingers::{follow, placed},
     verify,
 };
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
+use fingerpad_fe::mesh::MeshPreset;
 use nalgebra::{Matrix3, Vector3};
 
 /// Normal force at a depth over the pitch, and the root mean square difference from a parabola, share of its mean.
@@ -33,8 +33,7 @@ fn scatter(preset: MeshPreset) -> f64 {
     (left / forces.len() as f64).sqrt() / mean
 }
 
-#[test]
-fn the_normal_force_is_smooth_over_the_pitch_on_a_coarse_mesh() {
+pub fn the_normal_force_is_smooth_over_the_pitch_on_a_coarse_mesh() {
     verify(
         "pitch 30 to 42 degrees, 0.6 mm, coarse",
         "scatter of N about a parabola",
@@ -44,9 +43,7 @@ fn the_normal_force_is_smooth_over_the_pitch_on_a_coarse_mesh() {
 }
 
 /// The aim is 2e-3; the medium mesh gives 2.2e-3.
-#[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
-fn the_normal_force_is_smooth_over_the_pitch() {
+pub fn the_normal_force_is_smooth_over_the_pitch() {
     verify(
         "pitch 30 to 42 degrees, 0.6 mm, medium",
         "scatter of N about a parabola",

@@ -5,6 +5,7 @@
 //! The references are others': OpenGeoSys's benchmark of finite strain with F-bar elements, and for small strain the limit
 //! of P. Krysl's energy-sampling elements.
 
+use crate::{equilibrium::equilibrium, problems::blocks::body_of, verify};
 use fingerpad_fe::assembly::{Material, Supports};
 use fingerpad_fe::element::{Constitutive, Hex8, Tangent};
 use fingerpad_fe::material::Ogden;
@@ -13,7 +14,6 @@ use fingerpad_fe::mesh::{
     block::{coordinates, curved_block, into_second_order, into_tets},
     set,
 };
-use fingerpad_tests::{equilibrium::equilibrium, problems::blocks::body_of, verify};
 use nalgebra::{DMatrix, DVector, Vector3};
 use wide::f64x8;
 
@@ -88,9 +88,7 @@ fn tet_deflection(n: usize) -> f64 {
     corner_under(&mesh, &forces.collect::<Vec<_>>())
 }
 
-#[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
-fn does_not_lock() {
+pub fn cooks_membrane_does_not_lock() {
     let sizes = [4, 8, 16, 32, 64];
     let tips = sizes.map(deflection);
     for (n, tip) in sizes.iter().zip(tips) {
@@ -132,8 +130,7 @@ fn limit((n, coarse): (usize, f64), (m, fine): (usize, f64)) -> f64 {
     fine + (fine - coarse) / (m as f64 / n as f64 - 1.0)
 }
 
-#[test]
-fn small_strain_agrees_with_a_published_limit() {
+pub fn small_strain_agrees_with_a_published_limit() {
     // lambda = 7500, mu = 0.375, load 1 per thickness, middle of the edge: 16.432584 in the limit [Krysl, FAESOR,
     // Cook_3D_strain].
     let law = Ogden { mu_mpa: 0.375, alpha: 2.0, d_per_mpa: 2.0 / (7500.0 + 2.0 / 3.0 * 0.375) };
@@ -209,8 +206,7 @@ fn linear_deflection(law: &impl Constitutive, n: usize, y_mm: f64) -> f64 {
     k.cholesky().expect("a positive definite stiffness").solve(&load)[dof(at).unwrap() + 1]
 }
 
-#[test]
-fn full_integration_would_lock() {
+pub fn full_integration_would_lock() {
     let mean = linear_deflection(&LAW, 16, 60.0);
     let full = linear_deflection(&FullyIntegrated(LAW), 16, 60.0);
     println!("Cook's membrane 16 x 16, linear: mean dilatation {mean:.4} mm, full integration {full:.4} mm");

@@ -3,13 +3,13 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use crate::problems::fingers::{finger, path, placed, problem};
 use fingerpad_fe::experiment::{Config, Experiment, press_to};
 use fingerpad_fe::load_path::{
     BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Obstacle, Path, Problem, Tissue, Trajectory, Turn,
     Turns, follow_path, follow_path_from,
 };
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
-use fingerpad_tests::problems::fingers::{finger, path, placed, problem};
 
 const D: Drive = Drive::Displacement;
 const F: Drive = Drive::Force;
@@ -44,8 +44,7 @@ fn in_pieces(problem: &Problem, path: &Path, file: &std::path::Path, calls: usiz
     panic!("stopped 500 times and not at the end: it does not resume from the saved state")
 }
 
-#[test]
-fn a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit() {
+pub fn a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit() {
     let finger = coarse();
     let problem = problem(&finger.body, &finger.mesh.pad_faces);
     let folder = tempfile::tempdir().unwrap();
@@ -72,8 +71,7 @@ fn a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit() {
     }
 }
 
-#[test]
-fn a_checkpoint_of_another_run_is_not_used() {
+pub fn a_checkpoint_of_another_run_is_not_used() {
     let finger = coarse();
     let problem = problem(&finger.body, &finger.mesh.pad_faces);
     let folder = tempfile::tempdir().unwrap();
@@ -96,8 +94,7 @@ fn a_checkpoint_of_another_run_is_not_used() {
     assert_eq!(follow("b", 99), (true, 0));
 }
 
-#[test]
-fn progress_is_reported_and_an_interruption_acts_within_an_increment() {
+pub fn progress_is_reported_and_an_interruption_acts_within_an_increment() {
     let finger = coarse();
     let problem = problem(&finger.body, &finger.mesh.pad_faces);
     let path = placed(&[[0.0; 3], [0.8, 0.0, 0.0]]);
@@ -114,8 +111,7 @@ fn progress_is_reported_and_an_interruption_acts_within_an_increment() {
     }
 }
 
-#[test]
-fn a_driven_friction_beyond_the_limit_ends_soon_with_the_number() {
+pub fn a_driven_friction_beyond_the_limit_ends_soon_with_the_number() {
     let finger = coarse();
     let problem = problem(&finger.body, &finger.mesh.pad_faces);
     for path in [
@@ -137,8 +133,7 @@ fn a_driven_friction_beyond_the_limit_ends_soon_with_the_number() {
     }
 }
 
-#[test]
-fn a_driven_moment_beyond_the_limit_ends_soon_with_the_number() {
+pub fn a_driven_moment_beyond_the_limit_ends_soon_with_the_number() {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let (finger, _) = config.finger_for(&[&press_to(0.8)]).unwrap();
     let problem = config.problem(&finger);
@@ -184,8 +179,7 @@ fn a_driven_moment_beyond_the_limit_ends_soon_with_the_number() {
     assert!(limits[3] > 0.5 * limits[2] && limits[3] < 0.95 * limits[2], "{limits:?}");
 }
 
-#[test]
-fn a_force_driven_press_in_a_tilted_pose_has_the_pad_of_that_pose() {
+pub fn a_force_driven_press_in_a_tilted_pose_has_the_pad_of_that_pose() {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     for (pitch, roll, force_n) in [(60.0, 0.0, 1.0), (10.0, 0.0, 0.5)] {
         let turn = |value: f64| Some(Turn { drive: D, values: vec![value; 2] });
@@ -202,8 +196,7 @@ fn a_force_driven_press_in_a_tilted_pose_has_the_pad_of_that_pose() {
     }
 }
 
-#[test]
-fn depth_counts_from_first_touch_in_every_pose_whatever_the_pad() {
+pub fn depth_counts_from_first_touch_in_every_pose_whatever_the_pad() {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let pressed = |pitch: f64, roll: f64| {
         let turn = |value: f64| Some(Turn { drive: D, values: vec![value; 2] });
@@ -227,8 +220,7 @@ fn depth_counts_from_first_touch_in_every_pose_whatever_the_pad() {
     }
 }
 
-#[test]
-fn the_plane_stays_clear_of_what_is_held() {
+pub fn the_plane_stays_clear_of_what_is_held() {
     let flat = FingertipShape { inclination_deg: 10.0, ..FingertipShape::named("e").unwrap() };
     let tip = fingertip(&flat, &MeshPreset::Coarse.divisions()).unwrap();
     let finger = Finger::new(tip, &Tissue::default()).unwrap();
@@ -255,8 +247,7 @@ fn the_plane_stays_clear_of_what_is_held() {
     assert!(reached.responses.len() > 2 && reached.responses.iter().all(|r| r.depth_mm < clearance_mm));
 }
 
-#[test]
-fn impossible_loads_are_refused_before_the_run() {
+pub fn impossible_loads_are_refused_before_the_run() {
     let config = Config { experiment: Experiment::default(), ..Config::default() };
     let finger = coarse();
     for (drives, corner, what) in [

@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use crate::verify;
 use fingerpad_fe::experiment::{Config, ConfigError, frictionless};
 use fingerpad_fe::material::{Material, NeoHooke, Ogden};
-use fingerpad_tests::verify;
 
 const PULP: NeoHooke = NeoHooke { mu_mpa: 0.01, d_per_mpa: 5.0 };
 
@@ -34,8 +34,7 @@ fn force(config: &Config) -> f64 {
     presses.last().unwrap().normal_force_n
 }
 
-#[test]
-fn a_named_region_presses_as_the_tissue_with_its_law() {
+pub fn a_named_region_presses_as_the_tissue_with_its_law() {
     let reference = force(&cushion());
     let same = force(&named(Material::NeoHooke(PULP)));
     verify("soft region", "force error, neo-Hooke against Ogden with alpha = 2", (same / reference - 1.0).abs(), 1e-7);
@@ -44,8 +43,7 @@ fn a_named_region_presses_as_the_tissue_with_its_law() {
     assert!(stiff > 1.3 * reference && stiff < 3.0 * reference);
 }
 
-#[test]
-fn a_geometry_without_named_regions_refuses_them() {
+pub fn a_geometry_without_named_regions_refuses_them() {
     let config = Config { imported: None, ..named(Material::NeoHooke(PULP)) };
     let error = config.fingertip().unwrap_err();
     assert!(matches!(&error, ConfigError::NoSuchRegion(name, _) if name == "pulp"), "{error}");

@@ -1,17 +1,17 @@
 //! Energies: the residual of a body is the derivative of its energy, rigid body, joint and ties included; the work of the
 //! plane in all six coordinates is stored or dissipated.
 
-use fingerpad_fe::assembly::{Body, Configuration};
-use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings, RubberFriction};
-use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
-use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
-use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
-use fingerpad_tests::{
+use crate::{
     differences::{unit_directions, worst_error},
     problems::blocks::paraboloid,
     random::Random,
     verify,
 };
+use fingerpad_fe::assembly::{Body, Configuration};
+use fingerpad_fe::contact::{Coordinates, Friction, PenaltySettings, RubberFriction};
+use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
+use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
+use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
 use nalgebra::Rotation3;
 
 use super::tangents::{composite, disturbed, free};
@@ -27,8 +27,7 @@ fn error(body: &Body, at: &Configuration, h: f64, directions: &[Vec<f64>]) -> f6
     worst_error(h, directions, energy, exact)
 }
 
-#[test]
-fn residual_is_the_derivative_of_the_energy() {
+pub fn residual_is_the_derivative_of_the_energy() {
     let body = composite();
     let at = disturbed(&body, 0.1, 4);
     verify(
@@ -77,8 +76,7 @@ const CORNERS: [(Coordinates, usize); 9] = [
     ([0.0, 0.0, -0.1, 0.0, 0.0, 0.0], 1),
 ];
 
-#[test]
-fn work_of_the_plane_is_stored_or_dissipated() {
+pub fn work_of_the_plane_is_stored_or_dissipated() {
     let (mesh, body) = paraboloid(&Rotation3::identity());
     for (case, law) in [
         ("rubber law", RubberFriction { gamma_crit_mm: 0.02, ..Default::default() }),

@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
+use crate::problems::fingers::placed;
 use fingerpad_fe::experiment::{Config, Experiment, press, press_and_slide};
 use fingerpad_fe::load_path::{
     Checkpoint, LoadPathError, PathEnd, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
 };
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::problems::fingers::placed;
 
 fn go_on(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
@@ -24,8 +24,7 @@ fn numbers(trajectory: &Trajectory) -> String {
     format!("{:?} {:?} {:?}", trajectory.responses, trajectory.snapshots, trajectory.work)
 }
 
-#[test]
-fn slides_that_branch_off_one_press_are_the_slides_after_presses_of_their_own_to_the_last_bit() {
+pub fn slides_that_branch_off_one_press_are_the_slides_after_presses_of_their_own_to_the_last_bit() {
     let config = config(0.4);
     let (finger, _) = config.finger().unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -54,8 +53,7 @@ fn slides_that_branch_off_one_press_are_the_slides_after_presses_of_their_own_to
     }
 }
 
-#[test]
-fn a_run_goes_on_only_from_the_beginning_of_its_path() {
+pub fn a_run_goes_on_only_from_the_beginning_of_its_path() {
     let config = config(0.4);
     let (finger, _) = config.finger().unwrap();
     let problem = config.problem(&finger);
@@ -72,8 +70,7 @@ fn a_run_goes_on_only_from_the_beginning_of_its_path() {
     assert!(whole.contains("differ in the use of symmetry"), "{whole}");
 }
 
-#[test]
-fn longer_steps_in_steady_slip_change_friction_by_less_than_a_thousandth() {
+pub fn longer_steps_in_steady_slip_change_friction_by_less_than_a_thousandth() {
     let config = config(6.0);
     let (finger, _) = config.finger().unwrap();
     let problem = config.problem(&finger);

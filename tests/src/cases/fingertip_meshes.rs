@@ -1,10 +1,9 @@
 //! Every named shape at every preset that tests can afford is a mesh that can be computed with.
 
+use crate::verify;
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, check, fingertip, quality};
-use fingerpad_tests::verify;
 
-#[test]
-fn named_shapes_pass_the_check() {
+pub fn named_shapes_pass_the_check() {
     for name in ["a", "b", "d", "e", "base"] {
         let shape = FingertipShape::named(name).unwrap();
         for (preset, label) in

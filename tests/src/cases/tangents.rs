@@ -1,5 +1,12 @@
 //! Every tangent against finite differences: materials, elements, whole bodies, contact in stick and slip.
 
+use crate::{
+    differences::{unit_directions, worst_error},
+    equilibrium::multiply_symmetric,
+    problems::blocks::{paraboloid, tied_block},
+    random::Random,
+    verify,
+};
 use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
 use fingerpad_fe::contact::{
     Coordinates, Evaluation, Friction, NodeTangent, Parts, PenaltySettings, Plane, RubberFriction, Surface, Tangential,
@@ -9,13 +16,6 @@ use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, Region, block::coordinates, fingertip};
 use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
-use fingerpad_tests::{
-    differences::{unit_directions, worst_error},
-    equilibrium::multiply_symmetric,
-    problems::blocks::{paraboloid, tied_block},
-    random::Random,
-    verify,
-};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use wide::f64x8;
 
@@ -90,8 +90,7 @@ fn errors_of(material: &Material, f: &Matrix3<f64>) -> [f64; 2] {
     }
 }
 
-#[test]
-fn materials() {
+pub fn material_tangents() {
     let turn = Rotation3::new(Vector3::new(0.5, -0.3, 0.8)).into_inner();
     let principal = |a: f64, b: f64, c: f64| turn * Matrix3::from_diagonal(&Vector3::new(a, b, c)) * turn.transpose();
     let shear = Matrix3::new(1.1, 0.8, -0.2, 0.1, 0.9, 0.3, -0.1, 0.2, 1.05);
@@ -175,8 +174,7 @@ fn element_errors<const N: usize, const Q: usize>(
     worst
 }
 
-#[test]
-fn elements() {
+pub fn element_tangents() {
     // Three elements (not eight: the unused lanes must not matter), distorted and deformed by up to 0.15.
     let corners: Vec<Vector3<f64>> =
         (0..32).map(|n| Vector3::new(f64::from(n / 8), f64::from((n / 4) % 2), f64::from((n / 2) % 2))).collect();
@@ -295,8 +293,7 @@ fn body_error(body: &Body, at: &Configuration, h: f64, directions: &[Vec<f64>]) 
     worst_error(h, directions, along, exact)
 }
 
-#[test]
-fn bodies() {
+pub fn body_tangents() {
     let body = composite();
     assert!(body.dofs.rigid_dof().is_some());
     let at = disturbed(&body, 0.1, 4);
@@ -347,8 +344,7 @@ fn product(surface: &Surface, exact: &Evaluation, position: &[Vector3<f64>], pla
     out.iter().flat_map(|f| [f.x, f.y, f.z]).collect()
 }
 
-#[test]
-fn contact_on_a_deformed_state() {
+pub fn contact_tangents() {
     // A paraboloid of radius 6 mm on a plane that is pitched, rolled and spun, pressed and then moved in all six
     // coordinates: by less than the elastic slip, part of the way, far.
     let (mesh, body) = paraboloid(&Rotation3::identity());

@@ -2,12 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use fingerpad_fe::assembly::{Body, Configuration, Material};
-use fingerpad_fe::element::ElementStress;
-use fingerpad_fe::load_path::{BoneKind, Finger, Snapshot, Tissue, follow_path};
-use fingerpad_fe::material::SaintVenantKirchhoff;
-use fingerpad_fe::mesh::{FingertipShape, Mesh, MeshPreset, block::into_tets, fingertip, set};
-use fingerpad_tests::{
+use crate::{
     differences::relative_error,
     problems::{
         blocks::{all_held, body_of, distorted_block},
@@ -16,6 +11,11 @@ use fingerpad_tests::{
     random::Random,
     verify,
 };
+use fingerpad_fe::assembly::{Body, Configuration, Material};
+use fingerpad_fe::element::ElementStress;
+use fingerpad_fe::load_path::{BoneKind, Finger, Snapshot, Tissue, follow_path};
+use fingerpad_fe::material::SaintVenantKirchhoff;
+use fingerpad_fe::mesh::{FingertipShape, Mesh, MeshPreset, block::into_tets, fingertip, set};
 use nalgebra::{Matrix3, Vector3};
 
 use super::hyperelastic::{laws, principal_piola, pulled, root, simple_shear, unit_cube};
@@ -34,8 +34,7 @@ fn error(found: &ElementStress, cauchy: &Matrix3<f64>, f: &Matrix3<f64>) -> f64 
     stress.max(relative_error(matrix(found.green_lagrange).as_slice(), green_lagrange(f).as_slice()))
 }
 
-#[test]
-fn a_block_under_uniaxial_load() {
+pub fn a_block_under_uniaxial_load() {
     let mut worst = [0.0f64; 2];
     for (_, law) in laws() {
         for stretch in [0.6, 0.9, 1.001, 1.3, 1.8] {
@@ -54,8 +53,7 @@ fn a_block_under_uniaxial_load() {
     verify("stress, uniaxial", "error of von Mises stress and mean pressure", worst[1], 1e-7);
 }
 
-#[test]
-fn a_block_in_simple_shear() {
+pub fn a_block_in_simple_shear() {
     let mesh = unit_cube();
     let mut worst = 0.0f64;
     for (_, law) in laws() {
@@ -101,8 +99,7 @@ fn volumes(mesh: &Mesh, x: &[Vector3<f64>]) -> Vec<f64> {
 }
 
 /// The mean stress of a body follows from the forces on it alone [Chadwick 1976, Continuum Mechanics, ch. 3].
-#[test]
-fn mean_stress_follows_from_the_forces() {
+pub fn mean_stress_follows_from_the_forces() {
     let hexes = distorted_block(3);
     let tets = into_tets(&hexes);
     let mut random = Random::new(17);
@@ -136,9 +133,7 @@ fn section_force(mesh: &Mesh, snapshot: &Snapshot) -> Vector3<f64> {
 }
 
 /// A finger with elastic bones that is held at its proximal section alone, pressed by 1 mm and slid by 0.3 mm.
-#[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
-fn stress_over_the_held_section_balances_the_contact_force() {
+pub fn stress_over_the_held_section_balances_the_contact_force() {
     let mut tip = fingertip(&FingertipShape::default(), &MeshPreset::Coarse.divisions()).unwrap();
     tip.mesh.node_sets.remove(set::NAIL_FIX);
     let mut tissue = Tissue::default();

@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use crate::{problems::fingers::placed, verify};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, FaceState, Path, Turn, Turns, follow_path};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::{problems::fingers::placed, verify};
 
 /// Shares of the contact area that slip at the end of a path.
 struct Slipping {
@@ -69,15 +69,12 @@ fn sticks_after_reversals(preset: MeshPreset, depth: f64) {
     verify(&format!("{preset:?}, {depth} mm, spin, 0.02 degrees back"), "1 - stick ratio", slipping, 5e-3);
 }
 
-#[test]
-fn everything_that_keeps_its_pressure_sticks_after_a_reversal() {
+pub fn everything_that_keeps_its_pressure_sticks_after_a_reversal() {
     sticks_after_reversals(MeshPreset::Coarse, 0.8);
     sticks_after_reversals(MeshPreset::Coarse, 1.2);
 }
 
-#[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
-fn everything_that_keeps_its_pressure_sticks_after_a_reversal_on_a_medium_mesh() {
+pub fn everything_that_keeps_its_pressure_sticks_after_a_reversal_on_a_medium_mesh() {
     sticks_after_reversals(MeshPreset::Medium, 0.8);
     sticks_after_reversals(MeshPreset::Medium, 1.2);
 }

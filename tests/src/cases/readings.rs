@@ -1,11 +1,11 @@
 //! Reactions and probes: equilibrium, uniform strain, and the strain under a Hertz contact.
 
+use crate::problems::fingers::{finger, follow, placed, problem};
+use crate::problems::sphere::{Elements, Layout, Part, Sphere};
+use crate::verify;
 use fingerpad_fe::assembly::Configuration;
 use fingerpad_fe::load_path::{BoneKind, Model, Observed, Problem, probes};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::problems::fingers::{finger, follow, placed, problem};
-use fingerpad_tests::problems::sphere::{Elements, Layout, Part, Sphere};
-use fingerpad_tests::verify;
 use nalgebra::{Matrix3, Vector3};
 
 fn named(points: &[[f64; 3]]) -> Vec<(String, Vector3<f64>)> {
@@ -14,8 +14,7 @@ fn named(points: &[[f64; 3]]) -> Vec<(String, Vector3<f64>)> {
 
 /// The supports of the finger carry the force and moment of the plane, for the whole and for the half, on a bone that
 /// floats or is held; two of the three supports carry some load.
-#[test]
-fn reactions_balance_the_plane() {
+pub fn reactions_balance_the_plane() {
     let straight = placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 1.5, 0.0]]);
     let oblique = placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.9, 0.8, 1.0]]);
     for (bone, path) in [(BoneKind::Floating, &straight), (BoneKind::Floating, &oblique), (BoneKind::Fixed, &oblique)] {
@@ -48,8 +47,7 @@ fn reactions_balance_the_plane() {
 }
 
 /// Under a uniform gradient of displacement every probe reads its strain and the law's energy, in the whole and in the half.
-#[test]
-fn probes_read_a_uniform_strain() {
+pub fn probes_read_a_uniform_strain() {
     let finger = finger("e", MeshPreset::Coarse, BoneKind::Deformable, 1.0).unwrap();
     let gradient = Matrix3::new(0.05, 0.0, 0.02, 0.0, -0.03, 0.0, 0.01, 0.0, -0.02);
     let f = Matrix3::identity() + gradient;
@@ -82,8 +80,7 @@ fn probes_read_a_uniform_strain() {
 }
 
 /// Strain and energy on the axis below a Hertz contact (Johnson 1985, Contact Mechanics, equations 3.45).
-#[test]
-fn probes_read_the_strain_under_a_hertz_contact() {
+pub fn probes_read_the_strain_under_a_hertz_contact() {
     let layout = Layout { elements: Elements::Hexes, part: Part::Quarter, per_radius: 20, extent: 4.0, growth: 1.1 };
     let (poisson, shear_mpa) = (0.4, 1.0);
     let sphere = Sphere::new(&layout, poisson, 500.0).unwrap();

@@ -1,12 +1,12 @@
 //! Balance of a pressed and slid finger: load of the joint, centre of pressure.
 
-use fingerpad_fe::assembly::{Configuration, Joint};
-use fingerpad_fe::load_path::{Finger, Snapshot, Tissue};
-use fingerpad_fe::mesh::{FingertipShape, Mesh, MeshPreset, fingertip, set};
-use fingerpad_tests::{
+use crate::{
     problems::fingers::{placed, problem},
     verify,
 };
+use fingerpad_fe::assembly::{Configuration, Joint};
+use fingerpad_fe::load_path::{Finger, Snapshot, Tissue};
+use fingerpad_fe::mesh::{FingertipShape, Mesh, MeshPreset, fingertip, set};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 const JOINT: Joint = Joint { translation_n_per_mm: 0.7, rotation_nmm_per_rad: 30.0 };
@@ -43,8 +43,7 @@ fn rotation(mesh: &Mesh, x: &[Vector3<f64>], nodes: &[u32]) -> Rotation3<f64> {
     Rotation3::from_matrix_unchecked(u * sign * v_t)
 }
 
-#[test]
-fn the_joint_carries_the_load_of_the_tissue_on_the_bone() {
+pub fn the_joint_carries_the_load_of_the_tissue_on_the_bone() {
     let (finger, snapshot) = pressed();
     let mesh = &finger.mesh;
     let x: Vec<Vector3<f64>> = mesh.nodes.iter().zip(&snapshot.displacement_mm).map(|(p, u)| p + u).collect();
@@ -66,8 +65,7 @@ fn the_joint_carries_the_load_of_the_tissue_on_the_bone() {
     verify("joint", "error of the moment", (moment - exact_moment).norm() / exact_moment.norm(), 1e-4);
 }
 
-#[test]
-fn contact_force_and_centre_of_pressure_are_those_of_the_tissue_on_the_plane() {
+pub fn contact_force_and_centre_of_pressure_are_those_of_the_tissue_on_the_plane() {
     let (finger, snapshot) = pressed();
     let mesh = &finger.mesh;
     let x: Vec<Vector3<f64>> = mesh.nodes.iter().zip(&snapshot.displacement_mm).map(|(p, u)| p + u).collect();

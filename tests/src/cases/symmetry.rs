@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use crate::problems::fingers::{finger, path, placed, problem};
 use fingerpad_fe::load_path::{BoneKind, Drive, Finger, Path, Problem, Response, Snapshot, Trajectory, follow_path};
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_tests::problems::fingers::{finger, path, placed, problem};
 
 const D: Drive = Drive::Displacement;
 const F: Drive = Drive::Force;
@@ -45,8 +45,7 @@ fn field_difference(a: &Snapshot, b: &Snapshot) -> [f64; 3] {
     ]
 }
 
-#[test]
-fn the_half_finger_gives_what_the_whole_does() {
+pub fn the_half_finger_gives_what_the_whole_does() {
     let slides =
         placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.5, 0.0], [0.8, -0.3, 0.0], [0.5, -0.3, 0.0], [0.9, 0.0, 0.0]]);
     let forces = path([F, D, D], &[[0.0; 3], [0.2, 0.0, 0.0], [0.2, 0.6, 0.0]]);
@@ -100,8 +99,7 @@ fn the_half_finger_gives_what_the_whole_does() {
 
 /// Rows so near to each other that each is one increment, of the whole as of the half: the difference is the tolerance
 /// of equilibrium.
-#[test]
-fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
+pub fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
     /// Distance of the rows, mm.
     const ROW_MM: f64 = 0.04;
     let legs: [[f64; 2]; 6] = [[0.0, 0.0], [0.6, 0.0], [0.6, 0.4], [0.6, 0.2], [0.4, 0.2], [0.5, 0.4]];
@@ -151,8 +149,7 @@ fn in_the_same_increments_the_half_finger_gives_the_same_to_the_tolerance() {
     }
 }
 
-#[test]
-fn a_path_along_y_is_followed_with_the_whole() {
+pub fn a_path_along_y_is_followed_with_the_whole() {
     let finger = finger("e", MeshPreset::Coarse, BoneKind::Floating, 1.0).unwrap();
     let whole = problem(&finger.body, &finger.mesh.pad_faces);
     let half = Problem { half: finger.half.as_ref(), ..whole.clone() };

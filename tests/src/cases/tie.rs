@@ -5,13 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::{equilibrium::equilibrium, problems::blocks::tied_block, reference, verify};
 use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
 use fingerpad_fe::element::hex8_gradient;
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{
     Divisions, FingertipShape, HEX_FACES, Mesh, MeshPreset, Region, TET_FACES, block::coordinates, fingertip, set,
 };
-use fingerpad_tests::{equilibrium::equilibrium, problems::blocks::tied_block, reference, verify};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// Deformation gradients at the middle of hexahedra, then of tetrahedra.
@@ -75,8 +75,7 @@ fn column(nail_divisions: usize, materials: [Material; 2]) -> [f64; 3] {
     [displacement, worst, (total / (9.0 * stress) - 1.0).abs()]
 }
 
-#[test]
-fn column_of_tied_blocks() {
+pub fn column_of_tied_blocks() {
     let skin = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
     let nail = Material::Linear(SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 });
     let alike = Material::Linear(SaintVenantKirchhoff { young_mpa: 1.0, poisson: 0.3 });
@@ -150,8 +149,7 @@ fn finger(divisions: &Divisions) -> [f64; 3] {
     [displacement, worst(&errors[..mesh.hexes.len()]), worst(&errors[mesh.hexes.len()..])]
 }
 
-#[test]
-fn nail_of_the_finger() {
+pub fn nail_of_the_finger() {
     for (preset, label) in [(MeshPreset::Coarse, "coarse"), (MeshPreset::Medium, "medium")] {
         // With a column of faces in the middle all boxes are cut alike; else the halves are mirrored, and along y = 0
         // triangles share a uniform pressure among nodes of uneven faces in another way than the faces do.

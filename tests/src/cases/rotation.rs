@@ -4,22 +4,21 @@
 use fingerpad_fe::assembly::{Body, Joint, Material};
 use std::sync::Arc;
 
+use crate::{
+    problems::blocks::{all_held, paraboloid, tied_block},
+    random::Random,
+    verify,
+};
 use fingerpad_fe::contact::{Coordinates, Friction, Outline, PenaltySettings, Plane, RigidBody, RubberFriction};
 use fingerpad_fe::load_path::{Finger, Tissue};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{FingertipShape, Mesh, MeshPreset, Region, block::coordinates, fingertip};
 use fingerpad_fe::solve::{Guess, SolveError, Solver, SolverSettings, State, Stats, Target, unwatched};
-use fingerpad_tests::{
-    problems::blocks::{all_held, paraboloid, tied_block},
-    random::Random,
-    verify,
-};
 use nalgebra::{Rotation3, Vector3};
 
 use super::hyperelastic::laws;
 
-#[test]
-fn forces_turn_with_the_body() {
+pub fn forces_turn_with_the_body() {
     let line = coordinates(0.0, 3.0, 3, 1.0);
     let nail = coordinates(0.4, 2.7, 2, 1.0);
     let mesh = tied_block([&line, &line, &line], &nail, &nail, 2, 0.5);
@@ -123,8 +122,7 @@ fn along_path([heading, pitch, roll]: [f64; 3], parts: u32, case: &Turned) -> Re
     Ok(states)
 }
 
-#[test]
-fn body_plane_and_path_turned_together_give_the_same_contact() {
+pub fn body_plane_and_path_turned_together_give_the_same_contact() {
     let (spun, pitched, all) = ([0.8, 0.0, 0.0], [0.0, 0.5, 0.0], [-0.6, 0.4, -0.3]);
     let plane = RigidBody::Plane;
     let small = Turned { name: "paraboloid", body: paraboloid, rigid: plane.clone(), tolerance: 1e-11, bound: 1e-9 };

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
+use crate::verify;
 use fingerpad_fe::contact::{Friction, PenaltySettings, Plane, RubberFriction};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::BoneKind;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_fe::solve::{Guess, RestCompliance, Solver, SolverSettings, State, Stats, Target, unwatched};
-use fingerpad_tests::verify;
 use nalgebra::{DVector, Vector3};
 
 /// Root mean square error of the compliance over the skin's motion, after a press and slide with friction of `scale`
@@ -57,8 +57,7 @@ fn left(preset: MeshPreset, bone: BoneKind, scale: f64) -> f64 {
     (off / all).sqrt()
 }
 
-#[test]
-fn a_small_press_moves_the_skin_by_the_compliance() {
+pub fn a_small_press_moves_the_skin_by_the_compliance() {
     for bone in [BoneKind::Floating, BoneKind::Fixed] {
         let (whole, half) = (left(MeshPreset::Coarse, bone, 1.0), left(MeshPreset::Coarse, bone, 0.5));
         println!("{bone:?}: {whole:.2e}, at half the press {half:.2e}");
@@ -67,9 +66,7 @@ fn a_small_press_moves_the_skin_by_the_compliance() {
     }
 }
 
-#[test]
-#[ignore = "slow: `cargo xtask test --slow`"]
-fn a_small_press_moves_the_skin_by_the_compliance_on_a_medium_mesh() {
+pub fn a_small_press_moves_the_skin_by_the_compliance_on_a_medium_mesh() {
     let left = left(MeshPreset::Medium, BoneKind::Floating, 0.5);
     verify("compliance at rest, medium", "skin's motion that is left, share", left, 0.03);
 }

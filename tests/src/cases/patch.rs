@@ -1,18 +1,18 @@
 //! Patch test: a linear field prescribed on the boundary of a distorted block is found exactly inside.
 
+use crate::{
+    differences::relative_error,
+    equilibrium::equilibrium,
+    problems::blocks::{body_of, distorted_block, outside},
+    random::Random,
+    reference, verify,
+};
 use fingerpad_fe::assembly::{Material, Supports};
 use fingerpad_fe::material::{Ogden, SaintVenantKirchhoff};
 use fingerpad_fe::mesh::{
     Mesh,
     block::{block, coordinates, distort, into_second_order, into_tets},
     check,
-};
-use fingerpad_tests::{
-    differences::relative_error,
-    equilibrium::equilibrium,
-    problems::blocks::{body_of, distorted_block, outside},
-    random::Random,
-    reference, verify,
 };
 use nalgebra::Matrix3;
 
@@ -52,8 +52,7 @@ fn errors(mesh: &Mesh, material: Material, start_mm: f64, f: &Matrix3<f64>) -> [
     ]
 }
 
-#[test]
-fn linear_fields_are_exact_on_distorted_meshes() {
+pub fn linear_fields_are_exact_on_distorted_meshes() {
     let turn = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.4, -0.9, 0.6));
     let shape = Matrix3::new(0.25, 0.3, -0.1, 0.05, -0.2, 0.2, 0.1, -0.15, 0.1);
     let soft = Material::Ogden(Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 });
@@ -102,8 +101,7 @@ fn bulged(mesh: &Mesh, amplitude_mm: f64) -> Mesh {
 /// Error of the normal stress of a block of 10-node tetrahedra under a uniform pressure on its pad.
 ///
 /// Each node carries the integral of its linear shape function over the pad's triangles, as contact at nodes has it.
-#[test]
-fn uniform_pressure_on_the_pad_gives_uniform_stress() {
+pub fn uniform_pressure_on_the_pad_gives_uniform_stress() {
     let axis = coordinates(0.0, 2.0, 3, 1.3);
     let mut hexes = block(&axis, &axis, &coordinates(0.0, 1.5, 2, 0.8));
     distort(&mut hexes, 0.08, 9);

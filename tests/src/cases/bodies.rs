@@ -3,16 +3,16 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use crate::{
+    problems::blocks::paraboloid,
+    problems::fingers::{at_corner, follow, placed},
+    verify,
+};
 use fingerpad_fe::contact::{Friction, Outline, PenaltySettings, Plane, RigidBody, RubberFriction};
 use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
 use fingerpad_fe::load_path::{Drive, Path, Trajectory, Turn, Turns};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
-use fingerpad_tests::{
-    problems::blocks::paraboloid,
-    problems::fingers::{at_corner, follow, placed},
-    verify,
-};
 use nalgebra::{Rotation3, Vector3};
 
 fn on(body: RigidBodySettings, path: &Path) -> Trajectory {
@@ -28,8 +28,7 @@ fn round(kind: BodyKind, radius_mm: f64, axis_deg: Option<f64>) -> RigidBodySett
 
 /// The curvature of a sphere of 10 m is 0.2 % of the finger's, so that its results differ a little from the plane's. With a sphere of
 /// 100 m the difference must be a tenth of that.
-#[test]
-fn a_huge_sphere_is_the_plane() {
+pub fn a_huge_sphere_is_the_plane() {
     let path = placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.5]]);
     let plane = on(RigidBodySettings::default(), &path);
     let apart = |radius_mm: f64| {
@@ -52,8 +51,7 @@ fn a_huge_sphere_is_the_plane() {
 }
 
 /// A body of a heading of its own is that body turned by a spin.
-#[test]
-fn a_turned_axis_is_a_spin() {
+pub fn a_turned_axis_is_a_spin() {
     let straight = placed(&[[0.0; 3], [0.6, 0.0, 0.0], [0.6, 0.5, 0.0]]);
     let spin = Turn { drive: Drive::Displacement, values: vec![40.0; 3] };
     let spun = Path { turns: Turns { spin: Some(spin), ..Turns::default() }, ..straight.clone() };
@@ -99,8 +97,7 @@ fn turned_in_place(radius_mm: f64, turn: f64, depth_mm: f64) -> [f64; 6] {
 
 /// A cylinder that turns about its own axis drags the finger like a plane that slides by the arc, and after a full turn
 /// it drags as before: friction has no preferred direction.
-#[test]
-fn a_cylinder_that_turns_in_place_slides() {
+pub fn a_cylinder_that_turns_in_place_slides() {
     const DEPTH: f64 = 0.2;
     let way: Vec<f64> = (0..=20).map(|k| 0.02 * f64::from(k)).collect();
     let press = [[0.0, 0.0, 0.5 * DEPTH, 0.0, 0.0, 0.0], [0.0, 0.0, DEPTH, 0.0, 0.0, 0.0]];
@@ -140,8 +137,7 @@ fn a_cylinder_that_turns_in_place_slides() {
 
 /// Over a loop from air to air the work of the body is the dissipation by friction, less the change of the elastic slip
 /// energy with the pressure: in all six coordinates, on every kind of body.
-#[test]
-fn the_work_of_closed_paths_is_dissipated() {
+pub fn the_work_of_closed_paths_is_dissipated() {
     let turn = |values: [f64; 7]| Some(Turn { drive: Drive::Displacement, values: values.to_vec() });
     let corners = [
         [0.0, 0.0, 0.0],
@@ -184,8 +180,7 @@ fn the_work_of_closed_paths_is_dissipated() {
     }
 }
 
-#[test]
-fn bodies_without_their_numbers_are_refused() {
+pub fn bodies_without_their_numbers_are_refused() {
     let refused = |body: RigidBodySettings| {
         let config = Config { mesh_preset: MeshPreset::Coarse, rigid_body: body, ..Config::default() };
         config.finger_for(&[&placed(&[[0.0; 3], [0.5, 0.0, 0.0]])]).map(|_| ()).unwrap_err().to_string()
