@@ -121,7 +121,7 @@ fn bench(name: &str, args: &[String]) -> anyhow::Result<()> {
         }
         "core" => {
             sh(".", "cargo xtask thumb count")?;
-            run(command(".", "cargo bench --package fingerpad-tests --bench core --").args(args))
+            run(command(".", "cargo bench --package fingerpad-tests --features bench --bench core --").args(args))
         }
         "pad" => {
             sh(".", "cargo xtask thumb count-pad")?;

@@ -45,7 +45,7 @@ pub fn format() -> Result<()> {
 /// Targets and features that the tests do not build.
 pub fn clippy() -> Result<()> {
     install::component("clippy", "clippy")?;
-    let features = "--features fingerpad/defmt,fingerpad/serde,fingerpad/std";
+    let features = "--features fingerpad/defmt,fingerpad/serde,fingerpad/std,fingerpad-tests/bench";
     sh(".", &format!("cargo clippy --profile gate --workspace --all-targets {features} -- --deny warnings"))
 }
 

@@ -359,7 +359,7 @@ impl Tools {
     }
 }
 
-/// Most instructions of a call, by a part of its row's name. The step's bound is the number in README; the others leave
+/// Most instructions of a call, by a part of its row's name. The step's bound is the number in docs/numbers.md; the others leave
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
     ("step M=4 default", 777),
