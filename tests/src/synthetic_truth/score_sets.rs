@@ -219,7 +219,7 @@ pub fn sets(seed: u64, simulators: &[SimulatorKind]) -> Vec<ScoreSet> {
         let protocol = practice.protocol();
         out.push(ScoreSet {
             practice,
-            of: Wanted { exact_form: seed % 2 == 0, simulator, protocol, seed, hide, size, level, runs },
+            of: Wanted { exact_form: seed.is_multiple_of(2), simulator, protocol, seed, hide, size, level, runs },
         });
     };
     for simulator in SimulatorKind::ALL {
@@ -271,7 +271,7 @@ pub fn card(seed: u64, simulator: SimulatorKind, protocol: Protocol, repeats: u6
     let mut out = Vec::new();
     let mut add = |hide, size, level, runs| {
         let seed = 40_001 + 100_000 * seed + out.len() as u64;
-        let of = Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form: seed % 2 == 0 };
+        let of = Wanted { simulator, protocol, seed, hide, size, level, runs, exact_form: seed.is_multiple_of(2) };
         out.push(ScoreSet { practice: Practice::Card(protocol), of });
     };
     for _ in 0..repeats {
