@@ -100,6 +100,26 @@ fn a_load_held_by_force_under_noise_on_the_normal_force_does_not_walk() {
             assert!(way.abs() < bound_mm, "{name}, {percent} %: {way} mm");
             assert!((way - way_at_half).abs() < later_mm, "{name}, {percent} %: {way_at_half} {way} mm");
         }
+        // Gaussian noise (sum of twelve uniform numbers), whose least force falls on and on: the plane slides as at the least forces alone.
+        for percent in [1.0, 5.0] {
+            let (mut noisy, mut replay, mut noise) = (start, start, Noise(12));
+            let (mut ways, mut least) = ([0.0f64; 2], normal);
+            let slide = |state: &mut State, force: f32, way: &mut f64| {
+                *way += f64::from(model.step_driven(state, drive(force, load)).motion.slide_increment_mm[0]);
+            };
+            for _ in 0..100_000 {
+                let gaussian: f32 = (0..12).map(|_| 0.5 * noise.next()).sum();
+                let force = normal * (1.0 + 0.01 * percent * gaussian).max(0.1);
+                slide(&mut noisy, force, &mut ways[0]);
+                if force < least {
+                    least = force;
+                    slide(&mut replay, least, &mut ways[1]);
+                    slide(&mut replay, normal, &mut ways[1]);
+                }
+            }
+            slide(&mut noisy, normal, &mut ways[0]);
+            assert!(ways[0] / ways[1] < 1.05, "{name}, Gaussian {percent} %: {ways:?} mm");
+        }
     });
 }
 
