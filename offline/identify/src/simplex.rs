@@ -1,14 +1,6 @@
-//! The paper's search: downhill simplex (crate `argmin`) on (lambda, beta), stopped by the simplex' diameter and
-//! the spread of its values.
+//! The paper's search: downhill simplex [Nelder & Mead 1965] on (lambda, beta), with the first simplex and the stop of MATLAB's
+//! `fminsearch`: the simplex' diameter and the spread of its values at once.
 
-use std::cell::RefCell;
-
-use argmin::{
-    core::{
-        CostFunction, Error, Executor, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus,
-    },
-    solver::neldermead::NelderMead,
-};
 use serde::{Deserialize, Serialize};
 
 use super::{IdentifyError, settings::Simplex};
@@ -48,100 +40,20 @@ pub struct SimplexRun {
 /// Sum of squares at (lambda, beta), or the reason why the search is turned back from there.
 pub type Objective<'a> = dyn FnMut([f64; 2]) -> Result<Result<f64, String>, IdentifyError> + 'a;
 
-type Vertex = Vec<f64>;
-type IterationState = IterState<Vertex, (), (), (), (), f64>;
+/// A vertex and its sum of squares: infinite if the search is turned back from there, so that the simplex contracts away.
+type Vertex = ([f64; 2], f64);
 
-/// The sum of squares; infinite if the search is turned back, so that the simplex contracts away from there.
-struct Cost<'a> {
-    value: RefCell<&'a mut Objective<'a>>,
-    visits: &'a RefCell<Vec<Visit>>,
-    failure: &'a RefCell<Option<IdentifyError>>,
+/// The point at `share` of the way from one point to another, or beyond.
+fn between(from: [f64; 2], to: [f64; 2], share: f64) -> [f64; 2] {
+    std::array::from_fn(|k| from[k] + (to[k] - from[k]) * share)
 }
 
-impl CostFunction for Cost<'_> {
-    type Param = Vertex;
-    type Output = f64;
-
-    fn cost(&self, x: &Vertex) -> Result<f64, Error> {
-        if self.failure.borrow().is_some() {
-            return Ok(f64::INFINITY);
-        }
-        let (sum_of_squares, turned_back) = match (self.value.borrow_mut())([x[0], x[1]]) {
-            Ok(Ok(value)) => (Some(value), None),
-            Ok(Err(reason)) => (None, Some(reason)),
-            Err(error) => {
-                *self.failure.borrow_mut() = Some(error);
-                return Ok(f64::INFINITY);
-            }
-        };
-        self.visits.borrow_mut().push(Visit { lambda: x[0], beta: x[1], sum_of_squares, turned_back });
-        Ok(sum_of_squares.unwrap_or(f64::INFINITY))
-    }
-}
-
-/// `argmin`'s simplex with the stop of MATLAB's `fminsearch`: both tolerances at once.
-struct Stopped<'a> {
-    simplex: NelderMead<Vertex, f64>,
-    settings: &'a Simplex,
-    visits: &'a RefCell<Vec<Visit>>,
-    failure: &'a RefCell<Option<IdentifyError>>,
-    path: &'a RefCell<Vec<[f64; 2]>>,
-}
-
-/// The vertices of `NelderMead`, which are private to it but can be read through its serialisation.
-#[derive(Deserialize)]
-struct Vertices {
-    params: Vec<(Vertex, Option<f64>)>,
-}
-
-impl Stopped<'_> {
-    /// Largest distance of a vertex from the best, per coordinate, and of its value.
-    fn extent(&self) -> (f64, f64) {
-        let text = serde_json::to_value(&self.simplex).expect("numbers");
-        let Vertices { params } = serde_json::from_value(text).expect("the simplex' vertices");
-        let Some(((best, best_value), rest)) = params.split_first() else { return (0.0, 0.0) };
-        let best_value = best_value.unwrap_or(f64::INFINITY);
-        rest.iter().fold((0.0, 0.0), |(diameter, spread), (x, value)| {
-            let distance = x.iter().zip(best).map(|(a, b)| (a - b).abs()).fold(diameter, f64::max);
-            (distance, f64::max(spread, (value.unwrap_or(f64::INFINITY) - best_value).abs()))
-        })
-    }
-}
-
-impl<'a> Solver<Cost<'a>, IterationState> for Stopped<'a> {
-    fn name(&self) -> &str {
-        "downhill simplex"
-    }
-
-    fn init(&mut self, p: &mut Problem<Cost<'a>>, s: IterationState) -> Result<(IterationState, Option<KV>), Error> {
-        self.simplex.init(p, s)
-    }
-
-    fn next_iter(
-        &mut self,
-        p: &mut Problem<Cost<'a>>,
-        s: IterationState,
-    ) -> Result<(IterationState, Option<KV>), Error> {
-        let (state, kv) = self.simplex.next_iter(p, s)?;
-        if let Some(best) = state.get_param() {
-            self.path.borrow_mut().push([best[0], best[1]]);
-        }
-        Ok((state, kv))
-    }
-
-    fn terminate(&mut self, _: &IterationState) -> TerminationStatus {
-        if self.failure.borrow().is_some() {
-            return TerminationStatus::Terminated(TerminationReason::SolverExit("failure".into()));
-        }
-        let (diameter, spread) = self.extent();
-        if diameter <= self.settings.tolx && spread <= self.settings.tolf {
-            return TerminationStatus::Terminated(TerminationReason::SolverConverged);
-        }
-        if self.visits.borrow().len() >= self.settings.max_evaluations {
-            return TerminationStatus::Terminated(TerminationReason::MaxItersReached);
-        }
-        TerminationStatus::NotTerminated
-    }
+/// Largest distance of a vertex from the best, per coordinate, and of its value.
+fn extent([(best, least), rest @ ..]: &[Vertex; 3]) -> (f64, f64) {
+    rest.iter().fold((0.0, 0.0), |(diameter, spread), (x, value)| {
+        let distance = (0..2).map(|k| (x[k] - best[k]).abs()).fold(diameter, f64::max);
+        (distance, f64::max(spread, (value - least).abs()))
+    })
 }
 
 /// Searches from `start` for the least of `value`.
@@ -151,57 +63,69 @@ impl<'a> Solver<Cost<'a>, IterationState> for Stopped<'a> {
 /// # Errors
 /// The first error of `value`, or [`IdentifyError::Fit`] if the start itself is turned back.
 pub fn search(settings: &Simplex, start: [f64; 2], value: &mut Objective) -> Result<SimplexRun, IdentifyError> {
-    let (visits, failure, path) = (RefCell::default(), RefCell::default(), RefCell::new(vec![start]));
-    let mut vertices = vec![start.to_vec()];
-    for k in 0..2 {
-        let mut vertex = start.to_vec();
-        // MATLAB's first step where a coordinate is zero.
-        vertex[k] += if start[k] == 0.0 { 0.00025 } else { settings.first_side * start[k] };
-        vertices.push(vertex);
+    let mut visits = Vec::new();
+    let mut evaluate = |x: [f64; 2], visits: &mut Vec<Visit>| -> Result<Vertex, IdentifyError> {
+        let found = value(x)?;
+        let sum_of_squares = found.as_ref().ok().copied();
+        visits.push(Visit { lambda: x[0], beta: x[1], sum_of_squares, turned_back: found.err() });
+        Ok((x, sum_of_squares.unwrap_or(f64::INFINITY)))
+    };
+    let mut simplex = [(start, f64::INFINITY); 3];
+    for (k, vertex) in simplex.iter_mut().enumerate() {
+        if let Some(side) = k.checked_sub(1) {
+            // MATLAB's first step where a coordinate is zero.
+            vertex.0[side] += if start[side] == 0.0 { 0.00025 } else { settings.first_side * start[side] };
+        }
+        *vertex = evaluate(vertex.0, &mut visits)?;
     }
-    let solver =
-        Stopped { simplex: NelderMead::new(vertices), settings, visits: &visits, failure: &failure, path: &path };
-    let cost = Cost { value: RefCell::new(value), visits: &visits, failure: &failure };
-    let ran = Executor::new(cost, solver)
-        .configure(|state| state.max_iters(10 * settings.max_evaluations as u64))
-        .timer(false)
-        .run();
-    let end = ran.map(|result| {
-        let state = result.state();
-        let reason = match state.get_termination_reason() {
-            Some(TerminationReason::SolverConverged) => {
-                format!("diameter <= {:e} and spread <= {:e}", settings.tolx, settings.tolf)
-            }
-            Some(TerminationReason::MaxItersReached) => "largest number of evaluations".to_owned(),
-            other => format!("{other:?}"),
+    simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut path = vec![start];
+    let stopped = loop {
+        let (diameter, spread) = extent(&simplex);
+        if diameter <= settings.tolx && spread <= settings.tolf {
+            break format!("diameter <= {:e} and spread <= {:e}", settings.tolx, settings.tolf);
+        }
+        if visits.len() >= settings.max_evaluations {
+            break "largest number of evaluations".to_owned();
+        }
+        let [best, second, worst] = simplex;
+        let centre = [0, 1].map(|k| (best.0[k] + second.0[k]) * 0.5);
+        let reflected = evaluate(between(centre, worst.0, -1.0), &mut visits)?;
+        let replaced = if reflected.1 < best.1 {
+            let expanded = evaluate(between(centre, reflected.0, 2.0), &mut visits)?;
+            Some(if expanded.1 < reflected.1 { expanded } else { reflected })
+        } else if reflected.1 < second.1 {
+            Some(reflected)
+        } else if reflected.1 < worst.1 {
+            let outside = evaluate(between(centre, reflected.0, 0.5), &mut visits)?;
+            Some(outside).filter(|outside| outside.1 <= reflected.1)
+        } else {
+            let inside = evaluate(between(centre, worst.0, 0.5), &mut visits)?;
+            Some(inside).filter(|inside| inside.1 < worst.1)
         };
-        (state.get_best_param().cloned(), state.get_best_cost(), reason)
-    });
-    if let Some(error) = failure.into_inner() {
-        return Err(error);
-    }
-    let visits = visits.into_inner();
-    let fail = |problem: String, visits: &[Visit]| IdentifyError::Fit {
-        what: format!("simplex from lambda {}, beta {}", start[0], start[1]),
-        problem,
-        evaluations: visits.len(),
-        residual: f64::NAN,
+        match replaced {
+            Some(vertex) => simplex[2] = vertex,
+            None => {
+                for vertex in &mut simplex[1..] {
+                    *vertex = evaluate(between(best.0, vertex.0, 0.5), &mut visits)?;
+                }
+            }
+        }
+        simplex.sort_by(|a, b| a.1.total_cmp(&b.1));
+        path.push(simplex[0].0);
     };
-    let (best, sum_of_squares, stopped) = end.map_err(|e| fail(e.to_string(), &visits))?;
-    let Some(best) = best.filter(|_| sum_of_squares.is_finite()) else {
+    let (end, sum_of_squares) = simplex[0];
+    if !sum_of_squares.is_finite() {
         let reasons = visits.iter().find_map(|v| v.turned_back.clone()).unwrap_or_default();
-        return Err(fail(format!("every vertex was turned back ({reasons})"), &visits));
-    };
+        return Err(IdentifyError::Fit {
+            what: format!("simplex from lambda {}, beta {}", start[0], start[1]),
+            problem: format!("every vertex was turned back ({reasons})"),
+            evaluations: visits.len(),
+            residual: f64::NAN,
+        });
+    }
     let turned_back = visits.iter().filter(|v| v.turned_back.is_some()).count();
-    Ok(SimplexRun {
-        start,
-        end: [best[0], best[1]],
-        sum_of_squares,
-        turned_back,
-        visits,
-        path: path.into_inner(),
-        stopped,
-    })
+    Ok(SimplexRun { start, end, sum_of_squares, turned_back, visits, path, stopped })
 }
 
 #[cfg(test)]
