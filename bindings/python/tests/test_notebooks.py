@@ -16,7 +16,7 @@ NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 def pictures(notebook: Any) -> int:
     """Pictures among the outputs."""
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    return sum("image/png" in output.get("data", {}) for output in outputs)
+    return sum(not {"image/png", "image/svg+xml"}.isdisjoint(output.get("data", {})) for output in outputs)
 
 
 def test_there_are_four() -> None:

@@ -517,10 +517,7 @@ fn write_results(out: &Path, finger: &Finger, report: &BuildReport) -> Result<()
             &depth.trajectory.snapshots,
         )?;
     }
-    let mut files: Vec<_> = rendered.figures.into_iter().map(|(name, png)| (format!("figures/{name}"), png)).collect();
-    files.push(("report.json".to_owned(), rendered.json.into_bytes()));
-    files.push(("report.html".to_owned(), rendered.html.into_bytes()));
-    results::write(out, &files)
+    results::write(out, &rendered.files("figures/", "report"))
 }
 
 /// A measured value, the model's and their difference; dashes without a measurement at that depth.

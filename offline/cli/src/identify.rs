@@ -255,7 +255,7 @@ fn subject(
 /// Writes everything, the page last.
 fn write_results((config, settings, design): Sections, outcome: &Outcome, out: &Path) -> Result<(), Failure> {
     let rendered = report::identify::render(outcome).map_err(|e| Failure::Input(e.into()))?;
-    let mut files = in_figures(rendered.figures);
+    let mut files = Vec::new();
     if let Some(calibration) = &outcome.calibration {
         let text = toml::to_string(&calibration.finger.shape).map_err(|e| Failure::Input(e.into()))?;
         let text = format!("# Shape found by the calibration on {}.\n{text}", outcome.provenance.table);
@@ -274,14 +274,8 @@ fn write_results((config, settings, design): Sections, outcome: &Outcome, out: &
         );
         files.push(("calibrated.toml".to_owned(), text.into_bytes()));
     }
-    files.push(("report.json".to_owned(), rendered.json.into_bytes()));
-    files.push(("report.html".to_owned(), rendered.html.into_bytes()));
+    files.extend(rendered.files("figures/", "report"));
     results::write(out, &files)
-}
-
-/// Figures within their own folder.
-fn in_figures(figures: Vec<(String, Vec<u8>)>) -> Vec<(String, Vec<u8>)> {
-    figures.into_iter().map(|(name, png)| (format!("figures/{name}"), png)).collect()
 }
 
 /// Tables of a folder, by name.
@@ -360,10 +354,7 @@ fn collect(args: &Args, tables: &[(String, PathBuf)]) -> Result<(), Failure> {
     }
     let population = population::Population::of(subjects, missing);
     let rendered = report::identify::render_population(&population).map_err(|e| Failure::Input(e.into()))?;
-    let mut files = in_figures(rendered.figures);
-    files.push(("population.json".to_owned(), rendered.json.into_bytes()));
-    files.push(("population.html".to_owned(), rendered.html.into_bytes()));
-    results::write(&args.out, &files)?;
+    results::write(&args.out, &rendered.files("figures/", "population"))?;
     println!("\n{} subjects, {} without a result", population.subjects.len(), population.missing.len());
     for spread in &population.spreads {
         println!(

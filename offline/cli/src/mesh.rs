@@ -22,7 +22,7 @@ Examples:
   fingerpad mesh --out press.inp --deck --mesh-preset coarse --deck-element c3d8r  and its forces by this program
   fingerpad mesh --volume scan.nii.gz --out scan.vtu    of a labelled volume
   fingerpad mesh --imported theirs.msh --out ours.vtu   of another program's mesh
-  fingerpad mesh --out finger.vtu --picture finger.png  and a picture
+  fingerpad mesh --out finger.vtu --picture finger.svg  and a picture
 
 `ccx press` (without the ending) runs a deck; press.dat has the normal force at each depth: the totals of PLANE_NODES
 along z. CalculiX's hexahedra are C3D8R, which are stiffer on coarse meshes than the mean dilatation of `build` and
@@ -40,8 +40,8 @@ pub struct Args {
     /// With --deck: solve the same problem here with these hexahedra and print the normal forces
     #[arg(long, value_enum, value_name = "ELEMENT", requires = "deck")]
     deck_element: Option<DeckElement>,
-    /// Picture to write as well (PNG): cut open at y = 0, and from below
-    #[arg(long, value_name = "F.png")]
+    /// Picture to write as well (SVG): cut open at y = 0, and from below
+    #[arg(long, value_name = "F.svg")]
     picture: Option<PathBuf>,
     /// Replace files at --out and --picture that this command did not write
     #[arg(long)]
@@ -67,6 +67,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !["vtu", "msh", "inp"].contains(&ending.as_str()) {
         let out = args.out.display();
         return Err(Failure::Input(anyhow::anyhow!("--out {out}: the ending must be .vtu, .msh or .inp")));
+    }
+    if let Some(picture) = args.picture.as_ref().filter(|file| !file.extension().is_some_and(|e| e == "svg")) {
+        let picture = picture.display();
+        return Err(Failure::Input(anyhow::anyhow!("--picture {picture}: pictures are SVG, the ending must be .svg")));
     }
     if args.deck && ending != "inp" {
         return Err(Failure::Input(anyhow::anyhow!("--deck: needs an --out that ends in .inp")));
@@ -129,8 +133,7 @@ fn write_files(args: &Args, ending: &str, config: &Config, finger: &Finger) -> R
         _ => formats::inp::write(&args.out, &finger.mesh, &Default::default())?,
     }
     if let Some(path) = &args.picture {
-        let png = report::mesh_picture(&finger.mesh).map_err(|e| Failure::Numerics(e.into()))?;
-        formats::atomic_write(path, |w| w.write_all(&png))?;
+        formats::atomic_write(path, |w| w.write_all(report::mesh_picture(&finger.mesh).as_bytes()))?;
     }
     Ok(())
 }

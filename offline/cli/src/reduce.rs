@@ -72,12 +72,12 @@ pub struct Args {
 const NAMES: &[&str] = &[
     "reduced.html",
     "reduced.json",
-    "reduced_backbone_x.png",
-    "reduced_backbone_y.png",
-    "reduced_loops.png",
-    "reduced_errors.png",
-    "reduced_worst.png",
-    "reduced_sizes.png",
+    "reduced_backbone_x.svg",
+    "reduced_backbone_y.svg",
+    "reduced_loops.svg",
+    "reduced_errors.svg",
+    "reduced_worst.svg",
+    "reduced_sizes.svg",
 ];
 
 impl From<ReduceError> for Failure {
@@ -199,10 +199,7 @@ pub(super) fn write_report(
         let report = report::reduced_report(runs, reduced, points).map_err(|e| Failure::Numerics(e.into()))?;
         let rendered = report::render_reduced(&report).map_err(|e| Failure::Numerics(e.into()))?;
         let figures = rendered.figures.len();
-        let mut files = rendered.figures;
-        files.push(("reduced.json".to_owned(), rendered.json.into_bytes()));
-        files.push(("reduced.html".to_owned(), rendered.html.into_bytes()));
-        results::write(folder, &files)?;
+        results::write(folder, &rendered.files("", "reduced"))?;
         println!("{}: {figures} figures", folder.join("reduced.html").display());
         Ok(())
     };

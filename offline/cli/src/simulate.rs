@@ -340,11 +340,7 @@ impl Run<'_> {
             ended_early,
         };
         let rendered = simulation::render(&report, &self.finger.mesh).map_err(|e| Failure::Input(e.into()))?;
-        let figures = rendered.figures.into_iter();
-        let mut files: Vec<_> = figures.map(|(name, png)| (format!("figures/{name}"), png)).collect();
-        files.push(("report.json".to_owned(), rendered.json.into_bytes()));
-        files.push(("report.html".to_owned(), rendered.html.into_bytes()));
-        results::write(folder, &files)?;
+        results::write(folder, &rendered.files("figures/", "report"))?;
         outputs::say(&self.args.out, &folder.join("report.html").display().to_string());
         Ok(())
     }

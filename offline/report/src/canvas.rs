@@ -1,83 +1,41 @@
-//! Lines, areas, markers and text in fractional pixels, as SVG; [resvg](https://docs.rs/resvg) paints it as PNG.
+//! Lines, areas, markers and text, placed in pixels and written as SVG.
 
-use std::convert::Infallible;
-use std::sync::{Arc, OnceLock};
+use std::fmt::Write as _;
 
-use plotters_backend::text_anchor::Pos;
-pub use plotters_backend::text_anchor::{HPos, VPos};
-use plotters_backend::{
-    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontFamily, FontStyle,
-};
-use plotters_svg::SVGBackend;
-use resvg::usvg::{self, Transform, fontdb};
-use resvg::{render, tiny_skia};
+use super::colour::{Colour, INK, WHITE};
+use super::{font, html};
 
-use super::colour::{INK, WHITE};
-use super::{ReportError, font};
-
-/// Result of a drawing call.
-pub type Drawn = Result<(), DrawingErrorKind<std::io::Error>>;
-
-/// Backend coordinates are whole numbers; this many of them make a pixel of a figure.
-const UNITS_PER_PIXEL: u32 = 10;
-/// Image pixels per pixel of a figure, so that PNG files stay sharp in print.
-const IMAGE_SCALE: f32 = 2.0;
+/// Coordinates in the SVG are whole numbers; this many of them make a pixel of a figure.
+const UNITS_PER_PIXEL: f64 = 10.0;
 
 /// A picture.
 pub trait Figure {
     /// Width and height, pixels.
     fn size(&self) -> (u32, u32);
     /// Draws it.
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn;
+    fn draw(&self, canvas: &mut Canvas);
 }
 
-/// The figure as a PNG file, on white.
-pub fn png<F: Figure>(figure: &F) -> Result<Vec<u8>, ReportError> {
+/// The figure on white as an `<svg>` element.
+pub fn svg(figure: &impl Figure) -> String {
     let (width, height) = figure.size();
-    let failed = |e: String| ReportError::Draw(e);
-    let [columns, rows] = [width, height].map(|n| (n as f32 * IMAGE_SCALE).round() as u32);
-    let mut image = tiny_skia::Pixmap::new(columns, rows)
-        .ok_or_else(|| failed(format!("no image of {width} x {height} pixels")))?;
-    image.fill(tiny_skia::Color::WHITE);
-    let scale = IMAGE_SCALE / UNITS_PER_PIXEL as f32;
-    render(&tree(figure)?, Transform::from_scale(scale, scale), &mut image.as_mut());
-    image.encode_png().map_err(|e| failed(e.to_string()))
-}
-
-/// The figure, its text set in the embedded typeface.
-pub(crate) fn tree<F: Figure>(figure: &F) -> Result<usvg::Tree, ReportError> {
-    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
-    let fonts = FONTS.get_or_init(|| {
-        let mut fonts = fontdb::Database::new();
-        fonts.load_font_data(font::REGULAR.to_vec());
-        fonts.load_font_data(font::BOLD.to_vec());
-        Arc::new(fonts)
-    });
-    let options = usvg::Options { fontdb: fonts.clone(), ..usvg::Options::default() };
-    let text = svg(figure)?.replacen("<svg ", "<svg xmlns=\"http://www.w3.org/2000/svg\" ", 1);
-    usvg::Tree::from_str(&text, &options).map_err(|e| ReportError::Draw(e.to_string()))
-}
-
-/// The figure as an `<svg>` element of a page.
-pub fn svg<F: Figure>(figure: &F) -> Result<String, ReportError> {
-    let size = figure.size();
-    let [width, height] = [size.0, size.1].map(|n| n * UNITS_PER_PIXEL);
-    let mut text = String::new();
-    {
-        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut text, (width, height)) };
-        let drawn = figure.draw(&mut canvas).and_then(|()| canvas.backend.present());
-        drawn.map_err(|e| ReportError::Draw(e.to_string()))?;
-    }
-    let body = text.find(">\n").map_or("", |i| &text[i + 2..]);
-    let root = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" stroke-linejoin=\"round\">\n");
-    Ok(root + &body.replace(" opacity=\"1\"", "").replace(" \"", "\"").replace("\n</text>", "</text>"))
+    let (right, bottom) = units((f64::from(width), f64::from(height)));
+    let mut canvas = Canvas::default();
+    figure.draw(&mut canvas);
+    format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {right} {bottom}\" role=\"img\" fill=\"none\" \
+         stroke-linejoin=\"round\" font-family=\"{}, Open Sans, DejaVu Sans, sans-serif\">\n\
+         <path fill=\"{WHITE}\" d=\"M0 0h{right}v{bottom}h-{right}z\"/>\n{}</svg>\n",
+        font::FAMILY,
+        canvas.svg
+    )
 }
 
 /// How a line is drawn; lengths in pixels.
 #[derive(Clone, Copy)]
 pub struct Line {
     /// Colour.
-    pub colour: BackendColor,
+    pub colour: Colour,
     /// Thickness.
     pub width: f64,
     /// Lengths of dash and gap; none if solid.
@@ -86,9 +44,29 @@ pub struct Line {
 
 impl Line {
     /// A solid line.
-    pub const fn solid(colour: BackendColor, width: f64) -> Self {
+    pub const fn solid(colour: Colour, width: f64) -> Self {
         Self { colour, width, dash: None }
     }
+}
+
+/// The point of a text that is placed, along the text.
+#[derive(Clone, Copy)]
+pub enum HPos {
+    /// Its beginning.
+    Left,
+    /// Its middle.
+    Center,
+    /// Its end.
+    Right,
+}
+
+/// The same across the text.
+#[derive(Clone, Copy)]
+pub enum VPos {
+    /// The top of capitals.
+    Top,
+    /// Half the height of small letters.
+    Center,
 }
 
 /// How text is set.
@@ -99,7 +77,7 @@ pub struct Text {
     /// Weight.
     pub bold: bool,
     /// Colour.
-    pub colour: BackendColor,
+    pub colour: Colour,
     /// Horizontal anchor of the text.
     pub h: HPos,
     /// Vertical anchor of the text.
@@ -114,6 +92,15 @@ impl Text {
     pub fn within(self, text: &str, most: f64) -> Self {
         let width = font::width(text, self.em, self.bold);
         Self { em: self.em * (most / width.max(1e-9)).min(1.0), ..self }
+    }
+
+    /// Distance from the anchor down to the base line, px.
+    fn base(&self) -> f64 {
+        self.em
+            * match self.v {
+                VPos::Top => 0.76,
+                VPos::Center => 0.27,
+            }
     }
 }
 
@@ -137,101 +124,154 @@ impl Marker {
 
 /// Drawing in fractional pixels; the origin is the top left corner, y downwards.
 /// Points that are not finite are left out, and break a line.
-pub struct Canvas<'a> {
-    backend: SVGBackend<'a>,
+#[derive(Default)]
+pub struct Canvas {
+    svg: String,
+    /// Left, top, right and bottom edge of everything that was drawn, px; texts have their words.
+    #[cfg(test)]
+    pub boxes: Vec<([f64; 4], String)>,
 }
 
-const SCALE: f64 = UNITS_PER_PIXEL as f64;
-
-struct Style(BackendColor, u32);
-
-impl BackendStyle for Style {
-    fn color(&self) -> BackendColor {
-        self.0
-    }
-    fn stroke_width(&self) -> u32 {
-        self.1
-    }
+fn units((x, y): (f64, f64)) -> (i64, i64) {
+    let unit = |v: f64| (v * UNITS_PER_PIXEL).round() as i64;
+    (unit(x), unit(y))
 }
 
-fn at((x, y): (f64, f64)) -> BackendCoord {
-    ((x * SCALE).round() as i32, (y * SCALE).round() as i32)
-}
-
-impl Canvas<'_> {
+impl Canvas {
     /// Fills an area.
-    pub fn area(&mut self, points: &[(f64, f64)], fill: BackendColor) -> Drawn {
-        if points.len() < 3 || points.iter().any(|p| !finite(p)) {
-            return Ok(());
+    pub fn area(&mut self, points: &[(f64, f64)], fill: Colour) {
+        self.face(points, fill, Line::solid(fill, 0.0));
+    }
+
+    /// Fills an area and draws its edge.
+    pub fn face(&mut self, points: &[(f64, f64)], fill: Colour, edge: Line) {
+        if points.len() > 2 && points.iter().all(finite) {
+            self.path(points, Some(fill), edge);
         }
-        let points: Vec<_> = points.iter().map(|p| at(*p)).collect();
-        self.backend.fill_polygon(points, &Style(fill, 0))
     }
 
     /// Fills an upright rectangle.
-    pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, fill: BackendColor) -> Drawn {
-        self.area(&[(x, y), (x + width, y), (x + width, y + height), (x, y + height)], fill)
+    pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, fill: Colour) {
+        self.framed_rect(x, y, width, height, fill, Line::solid(fill, 0.0));
     }
 
-    /// Draws the outline of an area.
-    pub fn outline(&mut self, points: &[(f64, f64)], line: Line) -> Drawn {
-        let closed: Vec<_> = points.iter().chain(points.first()).copied().collect();
-        self.line(&closed, line)
+    /// Fills an upright rectangle and draws its edge.
+    pub fn framed_rect(&mut self, x: f64, y: f64, width: f64, height: f64, fill: Colour, edge: Line) {
+        self.face(&[(x, y), (x + width, y), (x + width, y + height), (x, y + height)], fill, edge);
     }
 
     /// Draws a line through the points.
-    pub fn line(&mut self, points: &[(f64, f64)], line: Line) -> Drawn {
-        let style = Style(line.colour, (line.width * SCALE).round().max(1.0) as u32);
-        for run in points.split(|p| !finite(p)) {
-            for piece in line.dash.map_or_else(|| vec![run.to_vec()], |dash| dashes(run, dash)) {
-                if piece.len() > 1 {
-                    let mut piece: Vec<_> = piece.iter().map(|p| at(*p)).collect();
-                    piece.dedup();
-                    self.backend.draw_path(piece, &style)?;
-                }
-            }
+    pub fn line(&mut self, points: &[(f64, f64)], line: Line) {
+        for run in points.split(|p| !finite(p)).filter(|run| run.len() > 1) {
+            self.path(run, None, line);
         }
-        Ok(())
+    }
+
+    /// Writes a path: closed if it is filled.
+    fn path(&mut self, points: &[(f64, f64)], fill: Option<Colour>, line: Line) {
+        #[cfg(test)]
+        points.iter().for_each(|p| self.record(*p, [0.5 * line.width; 4], ""));
+        self.svg += "<path";
+        if let Some(fill) = fill {
+            let _ = write!(self.svg, " fill=\"{fill}\"");
+        }
+        if line.width > 0.0 {
+            let width = (line.width * UNITS_PER_PIXEL).round().max(1.0);
+            let _ = write!(self.svg, " stroke=\"{}\" stroke-width=\"{width}\"", line.colour);
+        }
+        if let Some((on, off)) = line.dash {
+            let _ = write!(self.svg, " stroke-dasharray=\"{} {}\"", on * UNITS_PER_PIXEL, off * UNITS_PER_PIXEL);
+        }
+        self.svg += " d=\"";
+        let (mut at, mut step) = ((0, 0), 'M');
+        for to in points.iter().map(|p| units(*p)) {
+            // Points that fall together are written once.
+            if step == 'M' || to != at {
+                let _ = write!(self.svg, "{step}{} {}", to.0 - at.0, to.1 - at.1);
+            }
+            (at, step) = (to, 'l');
+        }
+        self.svg += if fill.is_some() { "z\"/>\n" } else { "\"/>\n" };
     }
 
     /// Draws a data point of radius `r`: filled, or white with a rim.
-    pub fn marker(&mut self, marker: Marker, at: (f64, f64), r: f64, colour: BackendColor, filled: bool) -> Drawn {
+    pub fn marker(&mut self, marker: Marker, at: (f64, f64), r: f64, colour: Colour, filled: bool) {
         if !finite(&at) {
-            return Ok(());
+            return;
         }
-        let fill = if filled { colour } else { WHITE };
+        let (fill, rim) = (if filled { colour } else { WHITE }, Line::solid(colour, 1.4));
         let corners: &[(f64, f64)] = match marker {
             Marker::Circle => {
-                let (centre, radius) = (self::at(at), (r * SCALE).round() as u32);
-                self.backend.draw_circle(centre, radius, &Style(fill, 1), true)?;
-                let rim = Style(colour, (1.4 * SCALE).round().max(1.0) as u32);
-                return self.backend.draw_circle(centre, radius, &rim, false);
+                #[cfg(test)]
+                self.record(at, [r + 0.7; 4], "");
+                let (x, y) = units(at);
+                let _ = writeln!(
+                    self.svg,
+                    "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{fill}\" stroke=\"{colour}\" stroke-width=\"14\"/>",
+                    (r * UNITS_PER_PIXEL).round()
+                );
+                return;
             }
             Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
             Marker::Triangle => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
             Marker::Diamond => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
         };
         let points: Vec<_> = corners.iter().map(|c| (at.0 + r * c.0, at.1 + r * c.1)).collect();
-        self.area(&points, fill)?;
-        self.outline(&points, Line::solid(colour, 1.4))
+        self.face(&points, fill, rim);
     }
 
     /// Fills the head of an arrow with its tip at `tip`, pointing along `direction` (y downwards), `length` px long.
-    pub fn arrow_head(&mut self, tip: (f64, f64), direction: (f64, f64), length: f64, colour: BackendColor) -> Drawn {
+    pub fn arrow_head(&mut self, tip: (f64, f64), direction: (f64, f64), length: f64, colour: Colour) {
         let norm = direction.0.hypot(direction.1);
         let (dx, dy) = (length * direction.0 / norm, length * direction.1 / norm);
         let back = (tip.0 - dx, tip.1 - dy);
         let half = 0.42;
-        self.area(&[tip, (back.0 - half * dy, back.1 + half * dx), (back.0 + half * dy, back.1 - half * dx)], colour)
+        self.area(&[tip, (back.0 - half * dy, back.1 + half * dx), (back.0 + half * dy, back.1 - half * dx)], colour);
     }
 
     /// Sets a line of text.
-    pub fn text(&mut self, text: &str, at: (f64, f64), style: Text) -> Drawn {
+    pub fn text(&mut self, text: &str, at: (f64, f64), style: Text) {
         if !finite(&at) || text.is_empty() {
-            return Ok(());
+            return;
         }
-        let at = self::at(at);
-        self.backend.draw_text(text, &ScaledText(style, style.em * SCALE), at)
+        let base = at.1 + style.base();
+        #[cfg(test)]
+        {
+            let width = font::width(text, style.em, style.bold);
+            let before = match style.h {
+                HPos::Left => 0.0,
+                HPos::Center => 0.5 * width,
+                HPos::Right => width,
+            };
+            self.record((at.0, base), [before, 0.76 * style.em, width - before, 0.22 * style.em], text);
+        }
+        let (x, y) = units((at.0, base));
+        let anchor = match style.h {
+            HPos::Left => "",
+            HPos::Center => " text-anchor=\"middle\"",
+            HPos::Right => " text-anchor=\"end\"",
+        };
+        let weight = if style.bold { " font-weight=\"bold\"" } else { "" };
+        let size = (style.em * UNITS_PER_PIXEL).round();
+        let _ = writeln!(
+            self.svg,
+            "<text x=\"{x}\" y=\"{y}\"{anchor}{weight} font-size=\"{size}\" fill=\"{}\">{}</text>",
+            style.colour,
+            html::escape(text)
+        );
+    }
+
+    /// Draws something that shows a text under the pointer.
+    pub fn titled(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
+        let _ = write!(self.svg, "<g><title>{}</title>", html::escape(title));
+        draw(self);
+        self.svg += "</g>\n";
+    }
+
+    /// Keeps the box that reaches so far to the left, up, to the right and down of a point.
+    #[cfg(test)]
+    fn record(&mut self, (x, y): (f64, f64), [left, up, right, down]: [f64; 4], text: &str) {
+        self.boxes.push(([x - left, y - up, x + right, y + down], text.to_owned()));
     }
 }
 
@@ -239,85 +279,9 @@ fn finite(p: &(f64, f64)) -> bool {
     p.0.is_finite() && p.1.is_finite()
 }
 
-fn dashes(points: &[(f64, f64)], (on, off): (f64, f64)) -> Vec<Vec<(f64, f64)>> {
-    let mut pieces = Vec::new();
-    let mut piece: Vec<_> = points.first().copied().into_iter().collect();
-    let (mut drawing, mut left) = (true, on);
-    for pair in points.windows(2) {
-        let (mut from, to) = (pair[0], pair[1]);
-        loop {
-            let length = (to.0 - from.0).hypot(to.1 - from.1);
-            if length <= left {
-                left -= length;
-                if drawing {
-                    piece.push(to);
-                }
-                break;
-            }
-            let s = left / length;
-            from = (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1));
-            if drawing {
-                piece.push(from);
-                pieces.push(std::mem::take(&mut piece));
-            } else {
-                piece = vec![from];
-            }
-            drawing = !drawing;
-            left = if drawing { on } else { off };
-        }
-    }
-    if drawing {
-        pieces.push(piece);
-    }
-    pieces
-}
-
-struct ScaledText(Text, f64);
-
-impl BackendTextStyle for ScaledText {
-    type FontError = Infallible;
-
-    fn color(&self) -> BackendColor {
-        self.0.colour
-    }
-    fn size(&self) -> f64 {
-        self.1 * font::SIZE_PER_EM
-    }
-    fn style(&self) -> FontStyle {
-        if self.0.bold { FontStyle::Bold } else { FontStyle::Normal }
-    }
-    fn anchor(&self) -> Pos {
-        Pos::new(self.0.h, self.0.v)
-    }
-    fn family(&self) -> FontFamily<'_> {
-        FontFamily::Name(font::FAMILY)
-    }
-    fn layout_box(&self, text: &str) -> Result<((i32, i32), (i32, i32)), Infallible> {
-        let width = font::width(text, self.1, self.0.bold);
-        Ok(((0, 0), (width.round() as i32, self.size().round() as i32)))
-    }
-    fn draw<E, F: FnMut(i32, i32, BackendColor) -> Result<(), E>>(
-        &self,
-        _: &str,
-        _: BackendCoord,
-        _: F,
-    ) -> Result<Result<(), E>, Infallible> {
-        // SVG has text of its own.
-        Ok(Ok(()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn dashes_cover_their_share_of_a_bent_line() {
-        let length = |p: &Vec<(f64, f64)>| p.windows(2).map(|w| (w[1].0 - w[0].0).hypot(w[1].1 - w[0].1)).sum::<f64>();
-        let total: f64 = dashes(&[(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)], (4.0, 2.0)).iter().map(length).sum();
-        assert!((total - 40.0).abs() < 1e-9, "{total}");
-        assert!(dashes(&[], (4.0, 2.0)).iter().all(Vec::is_empty));
-    }
 
     /// Text centred in a picture.
     struct Centred;
@@ -326,21 +290,32 @@ mod tests {
         fn size(&self) -> (u32, u32) {
             (100, 50)
         }
-        fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-            canvas.text("0.75 mm", (50.0, 25.0), Text { h: HPos::Center, bold: true, ..Text::BODY })
+        fn draw(&self, canvas: &mut Canvas) {
+            canvas.text("< 0.75 mm", (50.0, 25.0), Text { h: HPos::Center, bold: true, ..Text::BODY });
         }
     }
 
     #[test]
-    fn text_is_painted_where_it_is_placed() {
-        let image = tiny_skia::Pixmap::decode_png(&png(&Centred).unwrap()).unwrap();
-        let dark = |x: u32, y: u32| image.pixel(x, y).is_some_and(|p| p.red() < 128);
-        let (xs, ys): (Vec<_>, Vec<_>) =
-            (0..100).flat_map(|y| (0..200).map(move |x| (x, y))).filter(|&(x, y)| dark(x, y)).unzip();
-        let (left, right) = (xs.iter().min().unwrap(), xs.iter().max().unwrap());
-        assert!((left + right).abs_diff(200) < 8, "{left} {right}");
-        let width = 2.0 * font::width("0.75 mm", 12.0, true);
-        assert!((f64::from(right - left) - width).abs() < 6.0, "{left} {right} {width}");
-        assert!(ys.iter().all(|y| (30..70).contains(y)), "{ys:?}");
+    fn text_is_placed_by_its_anchor_and_its_box_is_where_it_is_written() {
+        let mut canvas = Canvas::default();
+        Centred.draw(&mut canvas);
+        let ([left, top, right, bottom], _) = canvas.boxes[0];
+        let width = font::width("< 0.75 mm", 12.0, true);
+        assert!((left + right - 100.0).abs() < 1e-9 && (right - left - width).abs() < 1e-9, "{left} {right} {width}");
+        assert!(15.0 < top && top < 25.0 && 25.0 < bottom && bottom < 35.0, "{top} {bottom}");
+        let text = "<text x=\"500\" y=\"282\" text-anchor=\"middle\" font-weight=\"bold\" font-size=\"120\" fill=\"#1f2328\">\
+                    &lt; 0.75 mm</text>";
+        assert!(svg(&Centred).contains(text), "{}", svg(&Centred));
+    }
+
+    #[test]
+    fn a_gap_breaks_a_line_and_points_that_fall_together_are_written_once() {
+        let mut canvas = Canvas::default();
+        let points =
+            [(0.0, 1.0), (2.0, 1.0), (2.01, 1.0), (f64::NAN, 0.0), (5.0, 5.0), (f64::NAN, 0.0), (3.0, 3.0), (4.0, 2.5)];
+        canvas.line(&points, Line { dash: Some((3.0, 1.5)), ..Line::solid(INK, 1.4) });
+        let line =
+            |d: &str| format!("<path stroke=\"#1f2328\" stroke-width=\"14\" stroke-dasharray=\"30 15\" d=\"{d}\"/>\n");
+        assert_eq!(canvas.svg, line("M0 10l20 0") + &line("M30 30l10 -5"));
     }
 }

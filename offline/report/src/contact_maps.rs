@@ -1,7 +1,7 @@
 //! Pressure and stick/slip on the pad faces at several slides of one depth, seen along the plane's normal.
 
 use super::axes::Axis;
-use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text, VPos};
+use super::canvas::{Canvas, Figure, HPos, Line, Text, VPos};
 use super::colour::{GREY, INK, SLIPPING, STUCK, mix, viridis};
 use super::font;
 use super::numbers::{DepthNumbers, Numbers, fixed, map_snapshots};
@@ -70,25 +70,20 @@ impl ContactMaps {
         PadView::within(self.scale.window_mm, (WIDTH - LEFT - RIGHT + GAP) / 5.0 - GAP, 260.0)
     }
 
-    fn colour_bar(&self, canvas: &mut Canvas<'_>, left: f64, top: f64, height: f64) -> Drawn {
+    fn colour_bar(&self, canvas: &mut Canvas, left: f64, top: f64, height: f64) {
         let axis = &self.scale.pressure;
-        canvas.text("Pressure, kPa", (left, top - 13.0), Text { bold: true, ..Text::BODY })?;
+        canvas.text("Pressure, kPa", (left, top - 13.0), Text { bold: true, ..Text::BODY });
         let strips = 64;
         for i in 0..strips {
             let share = f64::from(i) / f64::from(strips);
             let step = height / f64::from(strips);
-            canvas.rect(left, top + height - (share * height) - step, 16.0, step + 0.5, viridis(share + 0.5 / 64.0))?;
+            canvas.rect(left, top + height - (share * height) - step, 16.0, step + 0.5, viridis(share + 0.5 / 64.0));
         }
-        for tick in &axis.ticks {
+        for (tick, number) in &axis.ticks {
             let y = top + height * (1.0 - tick / axis.max());
-            canvas.line(&[(left + 16.0, y), (left + 20.0, y)], Line::solid(GREY, 1.0))?;
-            canvas.text(
-                &fixed(*tick, axis.decimals),
-                (left + 24.0, y),
-                Text { em: 11.5, colour: GREY, ..Text::BODY },
-            )?;
+            canvas.line(&[(left + 16.0, y), (left + 20.0, y)], Line::solid(GREY, 1.0));
+            canvas.text(number, (left + 24.0, y), Text { em: 11.5, colour: GREY, ..Text::BODY });
         }
-        Ok(())
     }
 }
 
@@ -98,7 +93,7 @@ impl Figure for ContactMaps {
         (WIDTH as u32, (TOP + 2.0 * height + GAP + BELOW).ceil() as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let view = self.view();
         let (width, height) = view.size();
         let full = self.scale.pressure.max();
@@ -107,13 +102,13 @@ impl Figure for ContactMaps {
             let left = LEFT + i as f64 * (width + GAP);
             let title = format!("slide {} mm", fixed(map.slide_mm, 2).trim_end_matches('0').trim_end_matches('.'));
             let style = Text { bold: true, h: HPos::Center, em: 12.5, ..Text::BODY };
-            canvas.text(&title, (left + width / 2.0, TOP - 13.0), style)?;
+            canvas.text(&title, (left + width / 2.0, TOP - 13.0), style);
             // A face that touches in part is as pale as the part is small.
             let shade = |f: &FaceState, colour| mix(UNTOUCHED, colour, f.contact_fraction);
-            view.draw(canvas, (left, TOP), &map.faces, |f| shade(f, viridis(1e3 * f.pressure_mpa / full)))?;
-            view.draw(canvas, (left, second), &map.faces, |f| shade(f, mix(SLIPPING, STUCK, f.stick_fraction)))?;
-            view.ticks(canvas, (left, TOP), false, i == 0)?;
-            view.ticks(canvas, (left, second), true, i == 0)?;
+            view.draw(canvas, (left, TOP), &map.faces, |f| shade(f, viridis(1e3 * f.pressure_mpa / full)));
+            view.draw(canvas, (left, second), &map.faces, |f| shade(f, mix(SLIPPING, STUCK, f.stick_fraction)));
+            view.ticks(canvas, (left, TOP), false, i == 0);
+            view.ticks(canvas, (left, second), true, i == 0);
         }
         let all = self.maps.len() as f64 * (width + GAP) - GAP;
         let bottom = second + height;
@@ -122,12 +117,12 @@ impl Figure for ContactMaps {
             false => "x, mm",
         };
         let left = LEFT + (all / 2.0 - font::width(label, Text::BODY.em, false) / 2.0).max(0.0);
-        canvas.text(label, (left, bottom + 26.0), Text { v: VPos::Top, ..Text::BODY })?;
-        canvas.text("y, mm", (8.0, TOP - 13.0), Text::BODY)?;
+        canvas.text(label, (left, bottom + 26.0), Text { v: VPos::Top, ..Text::BODY });
+        canvas.text("y, mm", (8.0, TOP - 13.0), Text::BODY);
 
         let left = LEFT + self.maps.len() as f64 * (width + GAP) + 6.0;
-        self.colour_bar(canvas, left, TOP, height)?;
-        canvas.text("Contact", (left, second + 8.0), Text { bold: true, ..Text::BODY })?;
+        self.colour_bar(canvas, left, TOP, height);
+        canvas.text("Contact", (left, second + 8.0), Text { bold: true, ..Text::BODY });
         let entries = [
             (STUCK, "stuck"),
             (mix(SLIPPING, STUCK, 0.5), "partly stuck"),
@@ -136,11 +131,8 @@ impl Figure for ContactMaps {
         ];
         for (i, (colour, name)) in entries.into_iter().enumerate() {
             let y = second + 30.0 + 21.0 * i as f64;
-            canvas.rect(left, y - 6.0, 16.0, 12.0, colour)?;
-            let corners = [(left, y - 6.0), (left + 16.0, y - 6.0), (left + 16.0, y + 6.0), (left, y + 6.0)];
-            canvas.outline(&corners, Line::solid(GREY, 0.5))?;
-            canvas.text(name, (left + 24.0, y), Text { colour: INK, ..Text::BODY })?;
+            canvas.framed_rect(left, y - 6.0, 16.0, 12.0, colour, Line::solid(GREY, 0.5));
+            canvas.text(name, (left + 24.0, y), Text { colour: INK, ..Text::BODY });
         }
-        Ok(())
     }
 }

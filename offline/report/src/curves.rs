@@ -1,10 +1,8 @@
 //! Charts: friction against force, force and area against depth, everything against travel.
 
-use plotters_backend::BackendColor;
-
 use super::axes::{Axis, Panel, legend_text};
-use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
-use super::colour::{ESTIMATE, GREY, INK, MODEL, PAIR, SERIES, WHITE};
+use super::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
+use super::colour::{Colour, ESTIMATE, GREY, INK, MODEL, PAIR, SERIES, WHITE};
 use super::font;
 use super::numbers::{DepthNumbers, Numbers, fixed};
 
@@ -28,7 +26,7 @@ impl Figure for Figure2<'_> {
         (700, 500)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let depths = &self.numbers.depths;
         let force = |d: &DepthNumbers| [nan(d.normal_force_n.measured), nan(d.normal_force_n.model)];
         let friction = |d: &DepthNumbers| {
@@ -44,7 +42,7 @@ impl Figure for Figure2<'_> {
             y: Axis::covering("Friction coefficient F/N", [0.0, 3.0], depths.iter().flat_map(friction), 6),
             x,
         };
-        panel.draw(canvas)?;
+        panel.draw(canvas);
 
         let fit = self.numbers.paper_fit;
         let value = |n: f64| fit.coefficient * n.powf(fit.exponent);
@@ -54,7 +52,7 @@ impl Figure for Figure2<'_> {
             .map(|n| panel.at(n, value(n)))
             .collect();
         let fit_line = Line { colour: GREY, width: 1.6, dash: Some((6.0, 4.0)) };
-        canvas.line(&curve, fit_line)?;
+        canvas.line(&curve, fit_line);
 
         let in_range = |n: f64, mu: f64| n >= panel.x.min() && n <= panel.x.max() && mu <= panel.y.max();
         let points = self.numbers.continuous.iter();
@@ -71,44 +69,43 @@ impl Figure for Figure2<'_> {
         for d in depths {
             let (c, n) = (&d.friction_coefficient, &d.normal_force_n);
             let ends = [panel.at(nan(n.measured), nan(c.measured)), panel.at(nan(n.model), nan(c.model))];
-            canvas.line(&ends, Line::solid(PAIR, 1.2))?;
+            canvas.line(&ends, Line::solid(PAIR, 1.2));
         }
-        canvas.line(if inside.is_empty() { &model } else { &inside }, model_line)?;
+        canvas.line(if inside.is_empty() { &model } else { &inside }, model_line);
         for at in &estimates {
-            canvas.marker(Marker::Triangle, *at, R, ESTIMATE, false)?;
+            canvas.marker(Marker::Triangle, *at, R, ESTIMATE, false);
         }
         for at in &model {
-            canvas.marker(Marker::Square, *at, OPEN, MODEL, false)?;
+            canvas.marker(Marker::Square, *at, OPEN, MODEL, false);
         }
         for d in depths {
             let at = panel.at(nan(d.normal_force_n.measured), nan(d.friction_coefficient.measured));
-            canvas.marker(Marker::Circle, at, R, INK, true)?;
+            canvas.marker(Marker::Circle, at, R, INK, true);
         }
 
         let shown = estimates.iter().any(|p| p.1.is_finite());
         let (x, mut y) = (panel.left + 330.0, panel.top + 16.0);
-        canvas.rect(x - 24.0, y - 12.0, 300.0, if shown { 112.0 } else { 90.0 }, WHITE)?;
-        canvas.marker(Marker::Circle, (x, y), R, INK, true)?;
-        legend_text(canvas, (x + 24.0, y), "measured (Table 1)")?;
+        canvas.rect(x - 24.0, y - 12.0, 300.0, if shown { 112.0 } else { 90.0 }, WHITE);
+        canvas.marker(Marker::Circle, (x, y), R, INK, true);
+        legend_text(canvas, (x + 24.0, y), "measured (Table 1)");
         y += 22.0;
-        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], fit_line)?;
+        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], fit_line);
         let name = "the paper's fit, F/N = 1.13 N";
-        legend_text(canvas, (x + 24.0, y), name)?;
+        legend_text(canvas, (x + 24.0, y), name);
         let after = x + 25.0 + font::width(name, Text::BODY.em, false);
-        canvas.text("−1/3", (after, y - 5.0), Text { em: 9.0, ..Text::BODY })?;
+        canvas.text("−1/3", (after, y - 5.0), Text { em: 9.0, ..Text::BODY });
         y += 22.0;
-        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], model_line)?;
-        canvas.marker(Marker::Square, (x, y), OPEN, MODEL, false)?;
-        legend_text(canvas, (x + 24.0, y), "this model, kinetic")?;
+        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], model_line);
+        canvas.marker(Marker::Square, (x, y), OPEN, MODEL, false);
+        legend_text(canvas, (x + 24.0, y), "this model, kinetic");
         if shown {
             y += 22.0;
-            canvas.marker(Marker::Triangle, (x, y), R, ESTIMATE, false)?;
-            legend_text(canvas, (x + 24.0, y), "the law over the frictionless pressure")?;
+            canvas.marker(Marker::Triangle, (x, y), R, ESTIMATE, false);
+            legend_text(canvas, (x + 24.0, y), "the law over the frictionless pressure");
         }
         y += 22.0;
-        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], Line::solid(PAIR, 1.2))?;
-        legend_text(canvas, (x + 24.0, y), "same depth")?;
-        Ok(())
+        canvas.line(&[(x - 14.0, y), (x + 14.0, y)], Line::solid(PAIR, 1.2));
+        legend_text(canvas, (x + 24.0, y), "same depth");
     }
 }
 
@@ -123,7 +120,7 @@ impl Figure for NormalArea<'_> {
         (900, 390)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let depths = &self.numbers.depths;
         type Pick = fn(&DepthNumbers) -> [Option<f64>; 2];
         let panels: [(&str, f64, Pick); 2] = [
@@ -139,22 +136,22 @@ impl Figure for NormalArea<'_> {
                 x: Axis::covering("Depth, mm", [0.5, 1.5], depths.iter().map(|d| d.depth_mm), 4),
                 y: Axis::covering(label, [0.0, least], depths.iter().flat_map(|d| of(d).map(nan)), 5),
             };
-            panel.draw(canvas)?;
+            panel.draw(canvas);
             let model = panel.path(depths.iter().map(|d| (d.depth_mm, of(d)[1])));
-            canvas.line(&model, Line::solid(MODEL, 2.0))?;
+            canvas.line(&model, Line::solid(MODEL, 2.0));
             for at in model {
-                canvas.marker(Marker::Square, at, OPEN, MODEL, false)?;
+                canvas.marker(Marker::Square, at, OPEN, MODEL, false);
             }
             for at in panel.path(depths.iter().map(|d| (d.depth_mm, of(d)[0]))) {
-                canvas.marker(Marker::Circle, at, R, INK, true)?;
+                canvas.marker(Marker::Circle, at, R, INK, true);
             }
         }
         let y = 16.0;
-        canvas.marker(Marker::Circle, (34.0, y), R, INK, true)?;
-        legend_text(canvas, (48.0, y), "measured (Table 1)")?;
-        canvas.line(&[(196.0, y), (224.0, y)], Line::solid(MODEL, 2.0))?;
-        canvas.marker(Marker::Square, (210.0, y), OPEN, MODEL, false)?;
-        legend_text(canvas, (234.0, y), "this model, kinetic")
+        canvas.marker(Marker::Circle, (34.0, y), R, INK, true);
+        legend_text(canvas, (48.0, y), "measured (Table 1)");
+        canvas.line(&[(196.0, y), (224.0, y)], Line::solid(MODEL, 2.0));
+        canvas.marker(Marker::Square, (210.0, y), OPEN, MODEL, false);
+        legend_text(canvas, (234.0, y), "this model, kinetic");
     }
 }
 
@@ -165,29 +162,24 @@ pub struct Travel<'a> {
 }
 
 impl Travel<'_> {
-    fn look(i: usize) -> (BackendColor, Marker) {
+    fn look(i: usize) -> (Colour, Marker) {
         (SERIES[i % SERIES.len()], Marker::SERIES[i % Marker::SERIES.len()])
     }
 
-    fn series(
-        &self,
-        canvas: &mut Canvas<'_>,
-        panel: &Panel,
-        of: impl Fn(&DepthNumbers) -> Vec<(f64, Option<f64>)>,
-    ) -> Drawn {
-        panel.draw(canvas)?;
+    fn series(&self, canvas: &mut Canvas, panel: &Panel, of: impl Fn(&DepthNumbers) -> Vec<(f64, Option<f64>)>) {
+        panel.draw(canvas);
         let mut ends = Vec::new();
         for (i, depth) in self.numbers.depths.iter().enumerate() {
             let (colour, marker) = Self::look(i);
             let path = panel.path(of(depth).into_iter());
-            canvas.line(&path, Line::solid(colour, 1.9))?;
+            canvas.line(&path, Line::solid(colour, 1.9));
             for at in spaced(&path, 46.0, 12.0 * i as f64) {
-                canvas.marker(marker, at, 3.4, colour, false)?;
+                canvas.marker(marker, at, 3.4, colour, false);
             }
             let end = path.iter().rev().find(|p| p.1.is_finite()).map_or(f64::NAN, |p| p.1);
             ends.push((end, format!("{} mm", fixed(depth.depth_mm, 2)), colour));
         }
-        panel.label_ends(canvas, ends)
+        panel.label_ends(canvas, ends);
     }
 }
 
@@ -196,7 +188,7 @@ impl Figure for Travel<'_> {
         (940, 730)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let depths = &self.numbers.depths;
         let place = |i: usize, x: &Axis, y: Axis| Panel {
             left: 54.0 + 470.0 * (i % 2) as f64,
@@ -210,16 +202,16 @@ impl Figure for Travel<'_> {
         let travel = Axis::covering("Slide, mm", [0.0, 1.0], slides().map(|p| p.travel_mm), 6);
         let friction = slides().map(|p| nan(p.friction_n));
         let panel = place(0, &travel, Axis::covering("Friction F, N", [0.0, 0.5], friction, 5));
-        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_n)).collect())?;
+        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_n)).collect());
 
         let ratio = slides().map(|p| nan(p.friction_coefficient));
         let panel = place(1, &travel, Axis::covering("Friction over normal force, F/N", [0.0, 1.0], ratio, 5));
-        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_coefficient)).collect())?;
+        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_coefficient)).collect());
 
         let stick = slides().map(|p| nan(p.stick_ratio));
         let panel =
             place(2, &travel, Axis::covering("Stick ratio (stuck area over contact area)", [0.0, 1.0], stick, 5));
-        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.stick_ratio)).collect())?;
+        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.stick_ratio)).collect());
 
         let depth = depths.iter().flat_map(|d| d.press.iter().map(|p| p.depth_mm).chain([d.depth_mm]));
         let depth = Axis::covering("Depth, mm", [0.0, 1.5], depth, 6);
@@ -227,24 +219,24 @@ impl Figure for Travel<'_> {
         let measured = depths.iter().map(|d| nan(d.normal_force_n.measured));
         let force = Axis::covering("Normal force N during the press, N", [0.0, 0.5], pressed.chain(measured), 5);
         let panel = place(3, &depth, force);
-        panel.draw(canvas)?;
+        panel.draw(canvas);
         for (i, d) in depths.iter().enumerate() {
             let (colour, marker) = Self::look(i);
             let path = panel.path(d.press.iter().map(|p| (p.depth_mm, p.normal_force_n)));
-            canvas.line(&path, Line::solid(colour, 1.9))?;
+            canvas.line(&path, Line::solid(colour, 1.9));
             if let Some(at) = path.last() {
-                canvas.marker(marker, *at, R, colour, false)?;
+                canvas.marker(marker, *at, R, colour, false);
             }
         }
         for d in depths {
-            canvas.marker(Marker::Circle, panel.at(d.depth_mm, nan(d.normal_force_n.measured)), R, INK, true)?;
+            canvas.marker(Marker::Circle, panel.at(d.depth_mm, nan(d.normal_force_n.measured)), R, INK, true);
         }
         let (x, y) = (panel.left + 16.0, panel.top + 14.0);
-        canvas.marker(Marker::Circle, (x, y), R, INK, true)?;
-        legend_text(canvas, (x + 14.0, y), "measured (Table 1)")?;
+        canvas.marker(Marker::Circle, (x, y), R, INK, true);
+        legend_text(canvas, (x + 14.0, y), "measured (Table 1)");
         let line = Line::solid(GREY, 1.9);
-        canvas.line(&[(x - 8.0, y + 20.0), (x + 8.0, y + 20.0)], line)?;
-        canvas.text("this model, before the slide", (x + 14.0, y + 20.0), Text { h: HPos::Left, ..Text::BODY })
+        canvas.line(&[(x - 8.0, y + 20.0), (x + 8.0, y + 20.0)], line);
+        canvas.text("this model, before the slide", (x + 14.0, y + 20.0), Text { h: HPos::Left, ..Text::BODY });
     }
 }
 

@@ -10,8 +10,7 @@ pub const FAMILY: &str = "Noto Sans";
 pub const REGULAR: &[u8] = include_bytes!("fonts/NotoSans-Regular-subset.ttf");
 /// Bold weight, TrueType.
 pub const BOLD: &[u8] = include_bytes!("fonts/NotoSans-Bold-subset.ttf");
-/// Plotters' text size is a line height; its SVG backend takes this much of it as one em.
-pub const SIZE_PER_EM: f64 = 1.24;
+
 fn face(bold: bool) -> Option<&'static Face<'static>> {
     static FACES: [OnceLock<Option<Face<'static>>>; 2] = [OnceLock::new(), OnceLock::new()];
     FACES[usize::from(bold)].get_or_init(|| Face::parse(if bold { BOLD } else { REGULAR }, 0).ok()).as_ref()

@@ -5,24 +5,10 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 use super::numbers::{Comparison, Numbers, ReducedNumbers, fixed, signed, significant};
-use super::{Check, captions, font};
-
-/// A figure with its words.
-pub struct Picture {
-    /// Name of its file without ending.
-    pub name: String,
-    /// Title.
-    pub title: String,
-    /// Caption.
-    pub caption: String,
-    /// PNG file.
-    pub png: Vec<u8>,
-    /// The same as `<svg>`, if that is the better form; two of them for wide and narrow pages.
-    pub svg: Option<String>,
-}
+use super::{Check, Picture, captions, font};
 
 /// The style sheet.
-pub(super) const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("page.css");
 
 /// Limits of the model that every report lists.
 const LEFT_OUT: [&str; 6] = [
@@ -83,25 +69,12 @@ pub(super) fn quantity(name: &str, value: impl Render, unit: &str) -> Markup {
     html! { tr { td { (name) } (cell(value)) td { (unit) } } }
 }
 
-/// An image in the page.
-pub(super) fn image(title: &str, png: &[u8]) -> Markup {
-    html! { img alt=(title) src=(address(png)); }
-}
-
-/// An image as its own address.
-pub(super) fn address(png: &[u8]) -> String {
-    format!("data:image/png;base64,{}", BASE64.encode(png))
-}
-
 /// Figures with their captions, numbered from `first` on.
 pub(super) fn figures(first: usize, pictures: &[Picture]) -> Markup {
     html! {
         @for (number, picture) in (first..).zip(pictures) {
             figure id=(picture.name) {
-                @match &picture.svg {
-                    Some(svg) => (PreEscaped(svg.replace("<svg ", &labelled(&picture.title)))),
-                    None => (image(&picture.title, &picture.png)),
-                }
+                (image(picture))
                 figcaption {
                     b { "Figure " (number) ". " (picture.title) "." } " " (prose(&picture.caption))
                 }
@@ -110,9 +83,16 @@ pub(super) fn figures(first: usize, pictures: &[Picture]) -> Markup {
     }
 }
 
-/// Begin of an `<svg>` with a label.
-fn labelled(label: &str) -> String {
-    format!("<svg aria-label=\"{}\" ", escape(label))
+/// A figure without its caption.
+pub(super) fn image(picture: &Picture) -> Markup {
+    let labelled =
+        |svg: &str| PreEscaped(svg.replacen("<svg ", &format!("<svg aria-label=\"{}\" ", escape(&picture.title)), 1));
+    html! {
+        @match &picture.narrow {
+            Some(narrow) => { div.wide { (labelled(&picture.svg)) } div.narrow { (labelled(narrow)) } }
+            None => (labelled(&picture.svg)),
+        }
+    }
 }
 
 /// Escapes text for SVG.
@@ -133,11 +113,6 @@ pub(super) fn table(heads: Markup, rows: Markup) -> Markup {
 /// The same below a caption.
 pub(super) fn captioned_table(caption: impl Render, heads: Markup, rows: Markup) -> Markup {
     html! { table { caption { (caption) } thead { tr { (heads) } } tbody { (rows) } } }
-}
-
-/// A figure as `<svg>`, one for wide and one for narrow pages.
-pub(super) fn wide_and_narrow(wide: String, narrow: String) -> String {
-    html! { div.wide { (PreEscaped(wide)) } div.narrow { (PreEscaped(narrow)) } }.into_string()
 }
 
 /// A table of checks with their bounds.
@@ -186,7 +161,7 @@ pub fn page(numbers: &Numbers, pictures: &[Picture]) -> String {
                 p {
                     "Measured: Table 1 of H. Yoshida, M. Tada, M. Mochimaru, Molecular & Cellular Biomechanics 8(1), 2011, \
                      61–72. Every number of this page stands in " code { "report.json" }
-                    ", every figure beside it as a PNG file."
+                    ", every figure beside it as an SVG file."
                 }
             }
         }

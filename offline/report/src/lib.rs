@@ -1,8 +1,8 @@
-//! Finished results become a page (`report.html`), its numbers (`report.json`) and its figures (PNG).
+//! Finished results become a page (`report.html`), its numbers (`report.json`) and its figures (SVG).
 //!
 //! Main types: [`BuildReport`], [`DepthResult`], [`Check`], [`Rendered`]; main function: [`render`]. Computes no
-//! physics: it reads, subtracts and averages its inputs, and leaves out numbers that are not finite. Returns text and
-//! bytes; the caller writes the files. May use: slide, mesh, identify, reduce, diagnose.
+//! physics: it reads, subtracts and averages its inputs, and leaves out numbers that are not finite. Returns text; the
+//! caller writes the files. May use: slide, mesh, identify, reduce, diagnose.
 
 mod axes;
 mod canvas;
@@ -27,6 +27,7 @@ mod traces;
 
 use serde::{Deserialize, Serialize};
 
+use canvas::Figure;
 use fingerpad_fe::load_path::{Snapshot, Trajectory};
 use fingerpad_fe::mesh::Mesh;
 use fingerpad_reduce::Agreement;
@@ -36,14 +37,11 @@ pub use numbers::{
 
 pub use reduced::{PairRow, PathPair, ReducedReport, SizePoint, render_reduced};
 pub use reduced_pairs::reduced_report;
-pub use traces::{Trace, TraceChart, traces_png};
+pub use traces::{Trace, TraceChart, traces_svg};
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A figure could not be drawn or encoded.
-    #[error("drawing a figure: {0}")]
-    Draw(String),
     /// A snapshot was computed on another mesh.
     #[error(
         "the snapshot at slide {slide_mm} mm, depth {depth_mm} mm has {nodes} nodes and {faces} pad faces, \
@@ -217,6 +215,49 @@ pub struct Check {
     pub passed: bool,
 }
 
+/// A figure with its words.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Name of its file without ending.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// Caption.
+    pub caption: String,
+    /// The figure as `<svg>`.
+    pub svg: String,
+    /// The same for narrow pages, if that differs.
+    pub narrow: Option<String>,
+}
+
+impl Picture {
+    fn new(name: &str, title: impl Into<String>, caption: impl Into<String>, figure: &impl Figure) -> Self {
+        let svg = canvas::svg(figure);
+        Self { name: name.into(), title: title.into(), caption: caption.into(), svg, narrow: None }
+    }
+
+    /// A figure that is drawn once for wide pages (argument false) and once for narrow ones.
+    fn wide_and_narrow<F: Figure>(
+        name: &str,
+        title: impl Into<String>,
+        caption: impl Into<String>,
+        figure: impl Fn(bool) -> F,
+    ) -> Self {
+        let narrow = Some(canvas::svg(&figure(true)));
+        Self { narrow, ..Self::new(name, title, caption, &figure(false)) }
+    }
+
+    /// Name and content of its file.
+    pub fn file(&self) -> (String, Vec<u8>) {
+        (format!("{}.svg", self.name), standalone(&self.svg).into_bytes())
+    }
+}
+
+/// An `<svg>` element as a file of its own.
+fn standalone(svg: &str) -> String {
+    svg.replacen("<svg ", "<svg xmlns=\"http://www.w3.org/2000/svg\" ", 1)
+}
+
 /// A report, ready to be written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rendered {
@@ -224,8 +265,19 @@ pub struct Rendered {
     pub html: String,
     /// `report.json`: every number that the page shows.
     pub json: String,
-    /// The figures, PNG or SVG: file name and bytes.
-    pub figures: Vec<(String, Vec<u8>)>,
+    /// The figures of the page.
+    pub figures: Vec<Picture>,
+}
+
+impl Rendered {
+    /// Name and content of its files, the page last: figures in `folder`, `name.json`, `name.html`.
+    pub fn files(self, folder: &str, name: &str) -> Vec<(String, Vec<u8>)> {
+        let figures = self.figures.iter().map(Picture::file);
+        let mut files: Vec<_> = figures.map(|(name, svg)| (format!("{folder}{name}"), svg)).collect();
+        files.push((format!("{name}.json"), self.json.into_bytes()));
+        files.push((format!("{name}.html"), self.html.into_bytes()));
+        files
+    }
 }
 
 /// Makes page, numbers and figures.
@@ -240,52 +292,41 @@ pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError
         check_snapshot(snapshot, mesh)?;
     }
     let numbers = Numbers::of(report);
-    let mut pictures = Vec::new();
-    let mut figures = Vec::new();
-    let mut add = |name: &str, title: String, caption: String, png: Vec<u8>, svg: Option<String>| {
-        figures.push((format!("{name}.png"), png.clone()));
-        pictures.push(html::Picture { name: name.to_owned(), title, caption, png, svg });
-    };
-
-    let figure = curves::Figure2 { numbers: &numbers };
-    let title = "Friction coefficient against normal force (Figure 2 of the paper)";
-    add("figure2", title.into(), captions::figure2(&numbers), canvas::png(&figure)?, Some(canvas::svg(&figure)?));
-
-    let figure = curves::NormalArea { numbers: &numbers };
-    let title = "Normal force and contact area against depth";
-    add(
-        "normal_area",
-        title.into(),
-        captions::normal_area(&numbers),
-        canvas::png(&figure)?,
-        Some(canvas::svg(&figure)?),
-    );
-
-    let figure = curves::Travel { numbers: &numbers };
-    let title = "Friction, stick ratio and normal force along the path";
-    add("travel", title.into(), captions::travel(&numbers), canvas::png(&figure)?, Some(canvas::svg(&figure)?));
-
-    for (scale, result, depth) in contact_maps::per_depth(report, &numbers, mesh) {
-        let figure = contact_maps::ContactMaps { scale, maps: result };
-        let title = format!("Pressure and stick under the finger, depth {} mm", numbers::fixed(depth.depth_mm, 2));
-        let name = format!("contact_{}mm", numbers::fixed(depth.depth_mm, 2));
-        add(&name, title, captions::contact(depth), canvas::png(&figure)?, None);
+    let mut figures = vec![
+        Picture::new(
+            "figure2",
+            "Friction coefficient against normal force (Figure 2 of the paper)",
+            captions::figure2(&numbers),
+            &curves::Figure2 { numbers: &numbers },
+        ),
+        Picture::new(
+            "normal_area",
+            "Normal force and contact area against depth",
+            captions::normal_area(&numbers),
+            &curves::NormalArea { numbers: &numbers },
+        ),
+        Picture::new(
+            "travel",
+            "Friction, stick ratio and normal force along the path",
+            captions::travel(&numbers),
+            &curves::Travel { numbers: &numbers },
+        ),
+    ];
+    for (scale, maps, depth) in contact_maps::per_depth(report, &numbers, mesh) {
+        let depth_mm = numbers::fixed(depth.depth_mm, 2);
+        let title = format!("Pressure and stick under the finger, depth {depth_mm} mm");
+        let figure = contact_maps::ContactMaps { scale, maps };
+        figures.push(Picture::new(&format!("contact_{depth_mm}mm"), title, captions::contact(depth), &figure));
     }
-
     let figure = mesh_view::MeshView::of(report, mesh);
-    add("mesh", "The mesh".into(), captions::mesh(&numbers, &figure), canvas::png(&figure)?, None);
-
-    let html = html::page(&numbers, &pictures);
+    figures.push(Picture::new("mesh", "The mesh", captions::mesh(&numbers, &figure), &figure));
     let json = serde_json::to_string_pretty(&numbers)? + "\n";
-    Ok(Rendered { html, json, figures })
+    Ok(Rendered { html: html::page(&numbers, &figures), json, figures })
 }
 
-/// The picture of a mesh alone, PNG: cut open at y = 0, and the pad from below.
-///
-/// # Errors
-/// [`ReportError::Draw`].
-pub fn mesh_picture(mesh: &Mesh) -> Result<Vec<u8>, ReportError> {
-    canvas::png(&mesh_view::MeshView::of(&BuildReport::default(), mesh))
+/// The picture of a mesh alone, as an SVG file: cut open at y = 0, and the pad from below.
+pub fn mesh_picture(mesh: &Mesh) -> String {
+    standalone(&canvas::svg(&mesh_view::MeshView::of(&BuildReport::default(), mesh)))
 }
 
 fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {

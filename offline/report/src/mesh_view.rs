@@ -3,11 +3,10 @@
 use std::collections::{BTreeMap, HashSet};
 
 use nalgebra::Vector3;
-use plotters_backend::BackendColor;
 
 use super::BuildReport;
-use super::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
-use super::colour::{GREY, INK, WHITE, mix, rgb};
+use super::canvas::{Canvas, Figure, HPos, Line, Text};
+use super::colour::{Colour, GREY, INK, WHITE, mix, rgb};
 use super::numbers::fixed;
 use fingerpad_fe::load_path::Snapshot;
 use fingerpad_fe::mesh::{FACE_TRIANGLES, Mesh, Region, TET10_FACES};
@@ -19,10 +18,10 @@ const HEX_EDGES: [[usize; 2]; 12] =
 const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 /// The cut lies this far beside y = 0, so that it does not run along faces, mm.
 const BESIDE: f64 = 1e-6;
-const PAD: BackendColor = rgb(0xe07b4f);
-const PLANE: BackendColor = rgb(0xe9eef4);
+const PAD: Colour = rgb(0xe07b4f);
+const PLANE: Colour = rgb(0xe9eef4);
 
-fn colour(region: Region) -> BackendColor {
+fn colour(region: Region) -> Colour {
     match region {
         Region::Skin => rgb(0xe5b08f),
         Region::Subcutaneous => rgb(0xf8e6b8),
@@ -34,13 +33,13 @@ fn colour(region: Region) -> BackendColor {
 }
 
 /// Colours of named soft regions, in turn.
-const SOFT: [BackendColor; 4] = [rgb(0x9ec7a5), rgb(0xd9a5b3), rgb(0xa3b8dc), rgb(0xd8cf8e)];
+const SOFT: [Colour; 4] = [rgb(0x9ec7a5), rgb(0xd9a5b3), rgb(0xa3b8dc), rgb(0xd8cf8e)];
 
 type Point = Vector3<f64>;
 
 struct Polygon {
     corners: Vec<Point>,
-    fill: BackendColor,
+    fill: Colour,
 }
 
 /// View of a scene: directions to the right, up, and toward the viewer.
@@ -80,7 +79,7 @@ struct Scene {
 /// The pictures of the mesh.
 pub struct MeshView {
     scenes: Vec<Scene>,
-    regions: Vec<(BackendColor, String)>,
+    regions: Vec<(Colour, String)>,
     /// Depth and slide of the deformed picture, mm.
     pub deformed: Option<(f64, f64)>,
 }
@@ -179,7 +178,7 @@ impl Scene {
     }
 
     /// Draws the picture with its lower left corner at `origin`, `scale` px per mm.
-    fn draw(&self, canvas: &mut Canvas<'_>, origin: (f64, f64), scale: f64) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas, origin: (f64, f64), scale: f64) {
         let [x0, y0, ..] = self.extent();
         let at = |p: &Point| {
             let (x, y) = self.view.flat(p);
@@ -188,32 +187,30 @@ impl Scene {
         if let Some((z, [x0, y0, x1, y1])) = self.plane {
             let grid = Line::solid(rgb(0xc3ccd6), 0.7);
             let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| at(&Point::new(x, y, z)));
-            canvas.area(&corners, PLANE)?;
+            canvas.area(&corners, PLANE);
             for i in 0..=((x1 - x0) / 5.0) as i32 {
                 let x = x0 + 5.0 * f64::from(i);
-                canvas.line(&[at(&Point::new(x, y0, z)), at(&Point::new(x, y1, z))], grid)?;
+                canvas.line(&[at(&Point::new(x, y0, z)), at(&Point::new(x, y1, z))], grid);
             }
             for i in 0..=((y1 - y0) / 5.0) as i32 {
                 let y = y0 + 5.0 * f64::from(i);
-                canvas.line(&[at(&Point::new(x0, y, z)), at(&Point::new(x1, y, z))], grid)?;
+                canvas.line(&[at(&Point::new(x0, y, z)), at(&Point::new(x1, y, z))], grid);
             }
             let (tail, head) = (at(&Point::new(x0 + 1.0, y0 + 1.5, z)), at(&Point::new(x0 + 7.0, y0 + 1.5, z)));
             let barbs = [Point::new(x0 + 6.0, y0 + 0.8, z), Point::new(x0 + 6.0, y0 + 2.2, z)].map(|p| at(&p));
-            canvas.line(&[tail, head], Line::solid(INK, 1.3))?;
-            canvas.line(&[barbs[0], head, barbs[1]], Line::solid(INK, 1.3))?;
-            canvas.text("x", (head.0 + 6.0, head.1), Text { em: 11.5, ..Text::BODY })?;
+            canvas.line(&[tail, head], Line::solid(INK, 1.3));
+            canvas.line(&[barbs[0], head, barbs[1]], Line::solid(INK, 1.3));
+            canvas.text("x", (head.0 + 6.0, head.1), Text { em: 11.5, ..Text::BODY });
         }
         for polygon in self.behind.iter().chain(&self.section) {
             let corners: Vec<_> = polygon.corners.iter().map(at).collect();
-            canvas.area(&corners, polygon.fill)?;
-            canvas.outline(&corners, Line::solid(mix(polygon.fill, INK, 0.38), 0.45))?;
+            canvas.face(&corners, polygon.fill, Line::solid(mix(polygon.fill, INK, 0.38), 0.45));
         }
-        Ok(())
     }
 }
 
 /// Nodes of an outer face and its colour.
-type Face = (Vec<u32>, BackendColor);
+type Face = (Vec<u32>, Colour);
 
 /// The faces that belong to one element only, of hexes and of tets, in the colour of the pad or of their element.
 fn surface(mesh: &Mesh) -> Vec<Face> {
@@ -283,7 +280,7 @@ fn section(nodes: &[u32], edges: &[[usize; 2]], reference: &[Point], current: &[
 }
 
 /// The polygon in the light of its face; None if the face is turned away.
-fn lit(corners: Vec<Point>, fill: BackendColor, nodes: &[Point], face: &[u32], view: View) -> Option<Polygon> {
+fn lit(corners: Vec<Point>, fill: Colour, nodes: &[Point], face: &[u32], view: View) -> Option<Polygon> {
     let corner = |i: usize| nodes[face[i % face.len()] as usize];
     let normal = match face.len() {
         4 => (corner(2) - corner(0)).cross(&(corner(3) - corner(1))),
@@ -324,31 +321,29 @@ impl Figure for MeshView {
         (WIDTH as u32, (self.layout().1.iter().sum::<f64>() + 2.0 * 34.0 + 2.0 * MARGIN).ceil() as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let (scale, [upper, lower]) = self.layout();
         let half = (WIDTH - MARGIN) / 2.0;
         let title = Text { bold: true, em: 12.5, ..Text::BODY };
         let (last, firsts) = self.scenes.split_last().expect("the pad is always there");
         for (i, scene) in firsts.iter().enumerate() {
             let left = MARGIN + half * i as f64;
-            canvas.text(&scene.title, (left, 16.0), title)?;
-            scene.draw(canvas, (left, 34.0 + upper), scale)?;
+            canvas.text(&scene.title, (left, 16.0), title);
+            scene.draw(canvas, (left, 34.0 + upper), scale);
         }
         let top = 34.0 + upper + MARGIN;
-        canvas.text(&last.title, (MARGIN, top + 16.0), title)?;
-        last.draw(canvas, (MARGIN, top + 34.0 + lower), scale)?;
+        canvas.text(&last.title, (MARGIN, top + 16.0), title);
+        last.draw(canvas, (MARGIN, top + 34.0 + lower), scale);
 
         let left = MARGIN + half + 30.0;
         for (i, (fill, name)) in self.regions.iter().enumerate() {
             let y = top + 44.0 + 22.0 * i as f64;
-            let corners = [(left, y - 7.0), (left + 20.0, y - 7.0), (left + 20.0, y + 7.0), (left, y + 7.0)];
-            canvas.area(&corners, *fill)?;
-            canvas.outline(&corners, Line::solid(GREY, 0.5))?;
-            canvas.text(name, (left + 30.0, y), Text::BODY)?;
+            canvas.framed_rect(left, y - 7.0, 20.0, 14.0, *fill, Line::solid(GREY, 0.5));
+            canvas.text(name, (left + 30.0, y), Text::BODY);
         }
         let y = top + 44.0 + 22.0 * self.regions.len() as f64 + 10.0;
         let bar = 5.0 * scale;
-        canvas.line(&[(left, y - 4.0), (left, y), (left + bar, y), (left + bar, y - 4.0)], Line::solid(INK, 1.3))?;
+        canvas.line(&[(left, y - 4.0), (left, y), (left + bar, y), (left + bar, y - 4.0)], Line::solid(INK, 1.3));
         canvas.text(
             "5 mm, all pictures; arrow: the plane's motion",
             (left + bar + 10.0, y - 2.0),

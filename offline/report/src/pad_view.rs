@@ -1,9 +1,7 @@
 //! View of the pad from the plane: faces at their current places, x from proximal to distal to the right.
 
-use plotters_backend::BackendColor;
-
-use super::canvas::{Canvas, Drawn, HPos, Line, Text, VPos};
-use super::colour::{FAINT, GREY, WHITE, rgb};
+use super::canvas::{Canvas, HPos, Line, Text, VPos};
+use super::colour::{Colour, FAINT, GREY, WHITE, rgb};
 use super::numbers::fixed;
 use fingerpad_fe::load_path::{FaceState, Snapshot};
 use fingerpad_fe::mesh::Mesh;
@@ -12,7 +10,7 @@ use fingerpad_fe::mesh::Mesh;
 pub type Face = (Vec<(f64, f64)>, FaceState);
 
 /// Colour of faces without contact.
-pub const UNTOUCHED: BackendColor = rgb(0xf3f4f6);
+pub const UNTOUCHED: Colour = rgb(0xf3f4f6);
 /// Margin around the touching faces, mm.
 const MARGIN_MM: f64 = 0.8;
 
@@ -72,34 +70,24 @@ impl PadView {
     }
 
     /// Draws the faces that lie within the window, those that touch last.
-    pub fn draw(
-        &self,
-        canvas: &mut Canvas<'_>,
-        corner: (f64, f64),
-        faces: &[Face],
-        fill: impl Fn(&FaceState) -> BackendColor,
-    ) -> Drawn {
+    pub fn draw(&self, canvas: &mut Canvas, corner: (f64, f64), faces: &[Face], fill: impl Fn(&FaceState) -> Colour) {
         let (width, height) = self.size();
         let [x0, y0, w, h] = self.window_mm;
         let inside = |(x, y): &(f64, f64)| *x >= x0 && *x <= x0 + w && *y >= y0 && *y <= y0 + h;
-        canvas.rect(corner.0, corner.1, width, height, WHITE)?;
+        canvas.framed_rect(corner.0, corner.1, width, height, WHITE, Line::solid(FAINT, 1.0));
         for touching in [false, true] {
             for (outline, state) in faces.iter().filter(|f| touches(&f.1) == touching) {
                 if outline.iter().all(inside) {
                     let points: Vec<_> = outline.iter().map(|p| self.at(corner, *p)).collect();
-                    canvas.area(&points, fill(state))?;
-                    let edge = if touching { fill(state) } else { FAINT };
-                    canvas.outline(&points, Line::solid(edge, if touching { 0.3 } else { 0.5 }))?;
+                    let fill = fill(state);
+                    canvas.face(&points, fill, if touching { Line::solid(fill, 0.3) } else { Line::solid(FAINT, 0.5) });
                 }
             }
         }
-        let (left, top) = corner;
-        let corners = [(left, top), (left + width, top), (left + width, top + height), (left, top + height)];
-        canvas.outline(&corners, Line::solid(FAINT, 1.0))
     }
 
     /// Draws ticks every 5 mm below (`x`) and left (`y`) of the view.
-    pub fn ticks(&self, canvas: &mut Canvas<'_>, (left, top): (f64, f64), x: bool, y: bool) -> Drawn {
+    pub fn ticks(&self, canvas: &mut Canvas, (left, top): (f64, f64), x: bool, y: bool) {
         let (_, height) = self.size();
         let [x0, y0, w, h] = self.window_mm;
         let fives = |from: f64, length: f64| {
@@ -109,14 +97,13 @@ impl PadView {
         let bottom = top + height;
         for v in fives(x0, w).filter(|_| x) {
             let px = left + (v - x0) * self.scale;
-            canvas.line(&[(px, bottom), (px, bottom + 4.0)], Line::solid(GREY, 1.0))?;
-            canvas.text(&fixed(v, 0), (px, bottom + 6.0), Text { h: HPos::Center, v: VPos::Top, ..small })?;
+            canvas.line(&[(px, bottom), (px, bottom + 4.0)], Line::solid(GREY, 1.0));
+            canvas.text(&fixed(v, 0), (px, bottom + 6.0), Text { h: HPos::Center, v: VPos::Top, ..small });
         }
         for v in fives(y0, h).filter(|_| y) {
             let py = bottom - (v - y0) * self.scale;
-            canvas.line(&[(left - 4.0, py), (left, py)], Line::solid(GREY, 1.0))?;
-            canvas.text(&fixed(v, 0), (left - 7.0, py), Text { h: HPos::Right, ..small })?;
+            canvas.line(&[(left - 4.0, py), (left, py)], Line::solid(GREY, 1.0));
+            canvas.text(&fixed(v, 0), (left - 7.0, py), Text { h: HPos::Right, ..small });
         }
-        Ok(())
     }
 }

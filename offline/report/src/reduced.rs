@@ -3,15 +3,14 @@
 //! Main types: [`ReducedReport`], [`PathPair`]; [`render_reduced`] makes page, numbers and figures. Computes nothing
 //! but histograms.
 
-use maud::{DOCTYPE, PreEscaped, html};
-use plotters_backend::BackendColor;
+use maud::html;
 use serde::{Deserialize, Serialize};
 
 use super::axes::{Axis, Panel, legend_text};
-use super::canvas::{self, Canvas, Drawn, Figure, Line, Marker, Text};
-use super::colour::{ESTIMATE, GREY, INK, SERIES};
-use super::html::{STYLE, address};
-use super::{Rendered, ReportError};
+use super::canvas::{Canvas, Figure, Line, Marker, Text};
+use super::colour::{Colour, ESTIMATE, GREY, INK, SERIES};
+use super::html::{document, figures};
+use super::{Picture, Rendered, ReportError};
 
 /// One row of a path: position, and the results of each model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,27 +80,21 @@ fn cap(way: &[PairRow]) -> f64 {
     way.last().map_or(0.0, |r| r.way_mm)
 }
 
-fn legend(canvas: &mut Canvas<'_>, at: (f64, f64)) -> Drawn {
-    canvas.marker(Marker::Circle, (at.0, at.1), 3.5, INK, false)?;
-    legend_text(canvas, (at.0 + 12.0, at.1), "finite elements")?;
-    canvas.line(&[(at.0 + 120.0, at.1), (at.0 + 144.0, at.1)], Line::solid(INK, 2.0))?;
-    legend_text(canvas, (at.0 + 152.0, at.1), "reduced model, through the core")
+fn legend(canvas: &mut Canvas, at: (f64, f64)) {
+    canvas.marker(Marker::Circle, (at.0, at.1), 3.5, INK, false);
+    legend_text(canvas, (at.0 + 12.0, at.1), "finite elements");
+    canvas.line(&[(at.0 + 120.0, at.1), (at.0 + 144.0, at.1)], Line::solid(INK, 2.0));
+    legend_text(canvas, (at.0 + 152.0, at.1), "reduced model, through the core");
 }
 
 /// Draws one series of both models: points and line.
-fn both(
-    canvas: &mut Canvas<'_>,
-    panel: &Panel,
-    rows: impl Iterator<Item = (f64, [f64; 2])>,
-    colour: BackendColor,
-) -> Drawn {
+fn both(canvas: &mut Canvas, panel: &Panel, rows: impl Iterator<Item = (f64, [f64; 2])>, colour: Colour) {
     let rows: Vec<_> = rows.collect();
     let line: Vec<_> = rows.iter().map(|(x, y)| panel.at(*x, y[1])).collect();
-    canvas.line(&line, Line::solid(colour, 2.0))?;
+    canvas.line(&line, Line::solid(colour, 2.0));
     for (x, y) in &rows {
-        canvas.marker(Marker::Circle, panel.at(*x, y[0]), 3.0, colour, false)?;
+        canvas.marker(Marker::Circle, panel.at(*x, y[0]), 3.0, colour, false);
     }
-    Ok(())
 }
 
 /// Friction along straight slides: the backbone, both models.
@@ -112,7 +105,7 @@ impl Figure for Backbone<'_> {
         (760, 480)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let Self(pairs, label, axis) = self;
         let slid =
             |p: &PathPair| -> Vec<PairRow> { p.rows.iter().filter(|r| r.slide_mm != [0.0; 2]).copied().collect() };
@@ -121,20 +114,20 @@ impl Figure for Backbone<'_> {
         let values = all.iter().flat_map(|r| r.friction_n.map(|f| f[*axis]));
         let y = Axis::covering("Friction, N", [0.0, 0.0], values, 8);
         let panel = Panel { left: 60.0, top: 56.0, width: 590.0, height: 360.0, x, y };
-        panel.draw(canvas)?;
-        legend(canvas, (250.0, 18.0))?;
+        panel.draw(canvas);
+        legend(canvas, (250.0, 18.0));
         let mut ends = Vec::new();
         for (i, pair) in pairs.iter().enumerate() {
             let rows = slid(pair);
             let Some(last) = rows.last() else { continue };
             let colour = SERIES[i % SERIES.len()];
-            both(canvas, &panel, rows.iter().map(|r| (r.slide_mm[*axis], r.friction_n.map(|f| f[*axis]))), colour)?;
+            both(canvas, &panel, rows.iter().map(|r| (r.slide_mm[*axis], r.friction_n.map(|f| f[*axis]))), colour);
             if last.slide_mm[*axis] > 0.0 {
                 let y = panel.at(0.0, last.friction_n[1][*axis]).1;
                 ends.push((y, format!("{:.1} mm", last.depth_mm), colour));
             }
         }
-        panel.label_ends(canvas, ends)
+        panel.label_ends(canvas, ends);
     }
 }
 
@@ -146,8 +139,8 @@ impl Figure for Loops<'_> {
         (980, 400)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        legend(canvas, (330.0, 18.0))?;
+    fn draw(&self, canvas: &mut Canvas) {
+        legend(canvas, (330.0, 18.0));
         for (k, pair) in self.0.iter().enumerate() {
             let far = pair
                 .rows
@@ -161,10 +154,9 @@ impl Figure for Loops<'_> {
             let x = Axis::covering(&label, [0.0, 0.0], rows.iter().map(|r| r.0), 5);
             let y = Axis::covering("Friction, N", [0.0, 0.0], rows.iter().flat_map(|r| r.1), 6);
             let panel = Panel { left: 60.0 + 315.0 * k as f64, top: 62.0, width: 240.0, height: 270.0, x, y };
-            panel.draw(canvas)?;
-            both(canvas, &panel, rows.into_iter(), SERIES[k % SERIES.len()])?;
+            panel.draw(canvas);
+            both(canvas, &panel, rows.into_iter(), SERIES[k % SERIES.len()]);
         }
-        Ok(())
     }
 }
 
@@ -176,9 +168,9 @@ impl Figure for Along<'_> {
         (760, 760)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let rows = &self.0.rows;
-        legend(canvas, (250.0, 16.0))?;
+        legend(canvas, (250.0, 16.0));
         let x = |label: &str| Axis::covering(label, [0.0, 0.0], std::iter::once(cap(rows)), 8);
         let panels: [(&str, Vec<(&str, Vec<[f64; 2]>, Option<usize>)>); 3] = [
             (
@@ -196,7 +188,7 @@ impl Figure for Along<'_> {
             let y = Axis::covering(name, [0.0, 0.0], values, 5);
             let label = if k == 2 { "Path of the plane, mm" } else { "" };
             let panel = Panel { left: 60.0, top: 60.0 + 232.0 * k as f64, width: 640.0, height: 160.0, x: x(label), y };
-            panel.draw(canvas)?;
+            panel.draw(canvas);
             for (j, (axis, values, band)) in series.iter().enumerate() {
                 let colour = SERIES[(k + j) % SERIES.len()];
                 if let Some(b) = band {
@@ -206,17 +198,16 @@ impl Figure for Along<'_> {
                             .zip(values)
                             .map(|(r, v)| panel.at(r.way_mm, v[1] + sign * r.band_n[*b]))
                             .collect();
-                        canvas.line(&edge, Line { colour, width: 0.8, dash: Some((3.0, 3.0)) })?;
+                        canvas.line(&edge, Line { colour, width: 0.8, dash: Some((3.0, 3.0)) });
                     }
                 }
-                both(canvas, &panel, rows.iter().zip(values).map(|(r, v)| (r.way_mm, *v)), colour)?;
+                both(canvas, &panel, rows.iter().zip(values).map(|(r, v)| (r.way_mm, *v)), colour);
                 if let (Some(last), false) = (values.last(), axis.is_empty()) {
                     let at = panel.at(cap(rows), last[1]);
-                    canvas.text(axis, (at.0 + 8.0, at.1), Text { bold: true, colour, ..Text::BODY })?;
+                    canvas.text(axis, (at.0 + 8.0, at.1), Text { bold: true, colour, ..Text::BODY });
                 }
             }
         }
-        Ok(())
     }
 }
 
@@ -228,7 +219,7 @@ impl Figure for Histogram {
         (980, 330)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         const BINS: usize = 41;
         for (k, (label, errors, reach)) in self.0.iter().enumerate() {
             let mut counts = [0usize; BINS];
@@ -240,14 +231,13 @@ impl Figure for Histogram {
             let x = Axis::covering(label, [-reach, *reach], std::iter::empty(), 4);
             let y = Axis::covering("Rows, %", [0.0, 0.0], counts.iter().map(|n| share(*n)), 5);
             let panel = Panel { left: 55.0 + 315.0 * k as f64, top: 40.0, width: 255.0, height: 220.0, x, y };
-            panel.draw(canvas)?;
+            panel.draw(canvas);
             for (i, n) in counts.iter().enumerate() {
                 let edge = |i: usize| (2.0 * i as f64 / BINS as f64 - 1.0) * reach;
                 let (a, b) = (panel.at(edge(i), share(*n)), panel.at(edge(i + 1), 0.0));
-                canvas.rect(a.0 + 0.5, a.1, b.0 - a.0 - 1.0, b.1 - a.1, SERIES[k % SERIES.len()])?;
+                canvas.rect(a.0 + 0.5, a.1, b.0 - a.0 - 1.0, b.1 - a.1, SERIES[k % SERIES.len()]);
             }
         }
-        Ok(())
     }
 }
 
@@ -259,12 +249,12 @@ impl Figure for Sizes<'_> {
         (760, 420)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let x = Axis::covering("Springs", [2.0, 8.0], std::iter::empty(), 7);
         let values = self.0.iter().flat_map(|p| [p.friction_percent, p.normal_percent, p.stick_percent]);
         let y = Axis::covering("RMS error on held-out paths, %", [0.0, 0.0], values, 6);
         let panel = Panel { left: 60.0, top: 50.0, width: 520.0, height: 300.0, x, y };
-        panel.draw(canvas)?;
+        panel.draw(canvas);
         let default_nodes = self.0.iter().find(|p| p.default).map_or(25, |p| p.size[1]);
         let mut line: Vec<&SizePoint> = self.0.iter().filter(|p| p.size[1] == default_nodes).collect();
         line.sort_by_key(|p| p.size[0]);
@@ -278,12 +268,12 @@ impl Figure for Sizes<'_> {
         for (k, (name, of, marker)) in series.iter().enumerate() {
             let colour = SERIES[k];
             let points: Vec<_> = line.iter().map(|p| panel.at(p.size[0] as f64, of(p))).collect();
-            canvas.line(&points, Line::solid(colour, 2.0))?;
+            canvas.line(&points, Line::solid(colour, 2.0));
             for (p, at) in line.iter().zip(&points) {
-                canvas.marker(*marker, *at, 4.5, colour, p.default)?;
+                canvas.marker(*marker, *at, 4.5, colour, p.default);
             }
             for p in self.0.iter().filter(|p| p.size[1] != default_nodes) {
-                canvas.marker(Marker::Diamond, panel.at(p.size[0] as f64, of(p)), 2.5, GREY, false)?;
+                canvas.marker(Marker::Diamond, panel.at(p.size[0] as f64, of(p)), 2.5, GREY, false);
             }
             if let Some(last) = points.last() {
                 ends.push((last.1, (*name).to_owned(), colour));
@@ -292,9 +282,9 @@ impl Figure for Sizes<'_> {
         for p in &line {
             let at = panel.at(p.size[0] as f64, panel.y.max());
             let colour = if p.default { ESTIMATE } else { GREY };
-            canvas.text(&format!("M {}", p.size[0]), (at.0 - 10.0, at.1 + 8.0), Text { colour, ..Text::BODY })?;
+            canvas.text(&format!("M {}", p.size[0]), (at.0 - 10.0, at.1 + 8.0), Text { colour, ..Text::BODY });
         }
-        panel.label_ends(canvas, ends)
+        panel.label_ends(canvas, ends);
     }
 }
 
@@ -309,21 +299,22 @@ fn straight(report: &ReducedReport, axis: usize) -> Vec<&PathPair> {
 /// Makes the section's page, numbers and figures.
 ///
 /// # Errors
-/// [`ReportError`] if a figure cannot be drawn or the numbers not be written.
+/// [`ReportError::Json`].
 pub fn render_reduced(report: &ReducedReport) -> Result<Rendered, ReportError> {
     let held_out = || report.pairs.iter().filter(|p| p.held_out);
     let rows = || held_out().flat_map(|p| &p.rows).filter(|r| r.normal_force_n[0] > 0.0);
-    let mut figures: Vec<(String, Vec<u8>, &str)> = Vec::new();
+    let mut figures = Vec::new();
     let axes = [("Slide along x, mm", "reduced_backbone_x"), ("Slide along y, mm", "reduced_backbone_y")];
     for (axis, (label, name)) in axes.into_iter().enumerate() {
         let pairs = straight(report, axis);
         if !pairs.is_empty() {
-            let png = canvas::png(&Backbone(pairs, label, axis))?;
-            figures.push((name.into(), png, "Straight slides at six depths, in both directions."));
+            let caption = "Straight slides at six depths, in both directions.";
+            figures.push(Picture::new(name, "Straight slides", caption, &Backbone(pairs, label, axis)));
         }
     }
     let loops: Vec<&PathPair> = held_out().filter(|p| p.kind == "reversal").take(3).collect();
-    figures.push(("reduced_loops".into(), canvas::png(&Loops(loops))?, "Reversals that were left out of the fit."));
+    let caption = "Reversals that were left out of the fit.";
+    figures.push(Picture::new("reduced_loops", "Reversals", caption, &Loops(loops)));
     let errors = Histogram(vec![
         (
             "Friction error, % of the limit",
@@ -342,45 +333,31 @@ pub fn render_reduced(report: &ReducedReport) -> Result<Rendered, ReportError> {
         ),
         ("Stick-ratio error", rows().map(|r| r.stick_ratio[1] - r.stick_ratio[0]).collect(), 0.5),
     ]);
-    figures.push(("reduced_errors".into(), canvas::png(&errors)?, "Errors of all rows of the held-out paths."));
+    figures.push(Picture::new("reduced_errors", "Errors", "All rows of the held-out paths.", &errors));
     if let Some(worst) = report.pairs.iter().find(|p| p.name == report.worst) {
         let caption = "The held-out path with the largest friction error; dashed: the model's own 95 % band.";
-        figures.push(("reduced_worst".into(), canvas::png(&Along(worst))?, caption));
+        figures.push(Picture::new("reduced_worst", "The worst path", caption, &Along(worst)));
     }
     if !report.sizes.is_empty() {
         let caption = "Accuracy against cost; filled: the default; diamonds: other numbers of table nodes.";
-        figures.push(("reduced_sizes".into(), canvas::png(&Sizes(&report.sizes))?, caption));
+        figures.push(Picture::new("reduced_sizes", "Accuracy and size", caption, &Sizes(&report.sizes)));
     }
-    let html = page(report, &figures);
     let json = serde_json::to_string_pretty(report)? + "\n";
-    let figures = figures.into_iter().map(|(name, png, _)| (format!("{name}.png"), png)).collect();
-    Ok(Rendered { html, json, figures })
+    Ok(Rendered { html: page(report, &figures), json, figures })
 }
 
-fn page(report: &ReducedReport, figures: &[(String, Vec<u8>, &str)]) -> String {
+fn page(report: &ReducedReport, pictures: &[Picture]) -> String {
     let (head, rows) = report.table.split_at(report.table.len().min(1));
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                title { "fingerpad: the reduced model" }
-                style { (PreEscaped(STYLE)) }
+    let main = html! {
+        main {
+            h1 { "The reduced model against the finite-element model" }
+            table {
+                @for row in head { tr { @for cell in row { th { (cell) } } } }
+                @for row in rows { tr { @for cell in row { td { (cell) } } } }
             }
-            body {
-                main {
-                    h1 { "The reduced model against the finite-element model" }
-                    table {
-                        @for row in head { tr { @for cell in row { th { (cell) } } } }
-                        @for row in rows { tr { @for cell in row { td { (cell) } } } }
-                    }
-                    @for (name, png, caption) in figures {
-                        figure { img alt=(name) style="max-width:100%" src=(address(png)); figcaption { (caption) } }
-                    }
-                    dl { @for (name, value) in &report.provenance { dt { (name) } dd { (value) } } }
-                }
-            }
+            (figures(1, pictures))
+            dl { @for (name, value) in &report.provenance { dt { (name) } dd { (value) } } }
         }
     };
-    page.into_string()
+    document("fingerpad: the reduced model", main)
 }

@@ -7,7 +7,7 @@ fn rendered() -> Rendered {
     render(&synthetic::report(&mesh, false), &mesh).unwrap()
 }
 
-/// The page without its images and fonts.
+/// The page without its fonts.
 pub fn words(html: &str) -> String {
     let html = html.replace('\u{a0}', " ");
     let mut pieces = html.split(";base64,");
@@ -44,34 +44,39 @@ fn look() {
         std::fs::create_dir_all(&dir).unwrap();
         std::fs::write(dir.join("report.html"), &rendered.html).unwrap();
         std::fs::write(dir.join("report.json"), &rendered.json).unwrap();
-        for (name, png) in &rendered.figures {
-            std::fs::write(dir.join(name), png).unwrap();
+        for (name, svg) in rendered.figures.iter().map(Picture::file) {
+            std::fs::write(dir.join(name), svg).unwrap();
         }
     }
 }
 
 #[test]
-fn every_figure_is_a_png_and_stands_in_the_page() {
+fn every_figure_is_a_file_and_stands_in_the_page() {
     let rendered = rendered();
-    let names: Vec<_> = rendered.figures.iter().map(|f| f.0.as_str()).collect();
+    let names: Vec<_> = rendered.figures.iter().map(|f| f.name.as_str()).collect();
     let wanted = [
-        "figure2.png",
-        "normal_area.png",
-        "travel.png",
-        "contact_0.75mm.png",
-        "contact_1.00mm.png",
-        "contact_1.25mm.png",
-        "contact_1.50mm.png",
-        "mesh.png",
+        "figure2",
+        "normal_area",
+        "travel",
+        "contact_0.75mm",
+        "contact_1.00mm",
+        "contact_1.25mm",
+        "contact_1.50mm",
+        "mesh",
     ];
     assert_eq!(names, wanted);
-    for (name, png) in &rendered.figures {
-        assert!(png.starts_with(b"\x89PNG\r\n"), "{name}");
-        assert!(rendered.html.contains(&format!("<figure id=\"{}\">", name.trim_end_matches(".png"))), "{name}");
+    for name in names {
+        assert!(rendered.html.contains(&format!("<figure id=\"{name}\">")), "{name}");
+    }
+    for (name, svg) in rendered.figures.iter().map(Picture::file) {
+        assert!(
+            svg.starts_with(b"<svg xmlns=\"http://www.w3.org/2000/svg\" width=") && svg.ends_with(b"</svg>\n"),
+            "{name}"
+        );
     }
     assert_eq!(rendered.html.matches("<figcaption>").count(), wanted.len());
-    assert_eq!(rendered.html.matches("<svg ").count(), 3);
-    assert_eq!(rendered.html.matches("<img ").count(), 5);
+    assert_eq!(rendered.html.matches("<svg ").count(), wanted.len());
+    assert!(!rendered.html.contains("<img "));
 }
 
 #[test]

@@ -1,10 +1,9 @@
 //! Charts of traces side by side, for pictures without a page.
 //!
-//! Main function: [`traces_png`]. Uses axes and canvas.
+//! Main function: [`traces_svg`]. Uses axes and canvas.
 
-use super::ReportError;
 use super::axes::{Axis, Panel, legend_text};
-use super::canvas::{Canvas, Drawn, Figure, Line, Marker, Text, png};
+use super::canvas::{Canvas, Figure, Line, Marker, Text, svg};
 use super::colour::{GREY, INK, SERIES};
 
 const WIDTH: f64 = 470.0;
@@ -40,12 +39,9 @@ pub struct TraceChart {
     pub traces: Vec<Trace>,
 }
 
-/// Charts side by side as a PNG file.
-///
-/// # Errors
-/// [`ReportError::Draw`] without charts.
-pub fn traces_png(charts: &[TraceChart]) -> Result<Vec<u8>, ReportError> {
-    png(&Charts(charts))
+/// Charts side by side as an SVG file.
+pub fn traces_svg(charts: &[TraceChart]) -> String {
+    super::standalone(&svg(&Charts(charts)))
 }
 
 struct Charts<'a>(&'a [TraceChart]);
@@ -62,16 +58,15 @@ impl Figure for Charts<'_> {
         (width as u32, (ABOVE + self.legend_height() + HEIGHT + BELOW) as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         for (i, chart) in self.0.iter().enumerate() {
-            chart.draw(canvas, WIDTH * i as f64, self.legend_height())?;
+            chart.draw(canvas, WIDTH * i as f64, self.legend_height());
         }
-        Ok(())
     }
 }
 
 impl TraceChart {
-    fn draw(&self, canvas: &mut Canvas<'_>, left: f64, legend: f64) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas, left: f64, legend: f64) {
         let of = |k: usize| self.traces.iter().flat_map(move |trace| trace.points.iter().map(move |p| p[k]));
         let first = of(0).find(|x| x.is_finite()).unwrap_or(0.0);
         let panel = Panel {
@@ -82,26 +77,25 @@ impl TraceChart {
             x: Axis::covering(&self.labels[0], [first; 2], of(0), 6),
             y: Axis::covering(&self.labels[1], self.least, of(1), 5),
         };
-        panel.draw(canvas)?;
-        canvas.text(&self.title, (left + 18.0, 13.0), Text { em: 14.0, bold: true, ..Text::BODY })?;
+        panel.draw(canvas);
+        canvas.text(&self.title, (left + 18.0, 13.0), Text { em: 14.0, bold: true, ..Text::BODY });
         for (k, trace) in self.traces.iter().enumerate() {
             let colour = if trace.is_dots { INK } else { SERIES[k % SERIES.len()] };
             let points: Vec<_> = trace.points.iter().map(|[x, y]| panel.at(*x, *y)).collect();
             let sample = (panel.left, 31.0 + LEGEND * k as f64);
             if trace.is_dots {
                 for at in points.iter().chain([&(sample.0 + 10.0, sample.1)]) {
-                    canvas.marker(Marker::Circle, *at, 2.4, colour, false)?;
+                    canvas.marker(Marker::Circle, *at, 2.4, colour, false);
                 }
             } else {
-                canvas.line(&points, Line::solid(colour, 1.6))?;
-                canvas.line(&[sample, (sample.0 + 20.0, sample.1)], Line::solid(colour, 2.0))?;
+                canvas.line(&points, Line::solid(colour, 1.6));
+                canvas.line(&[sample, (sample.0 + 20.0, sample.1)], Line::solid(colour, 2.0));
             }
-            legend_text(canvas, (sample.0 + 27.0, sample.1), &trace.name)?;
+            legend_text(canvas, (sample.0 + 27.0, sample.1), &trace.name);
         }
         if self.traces.is_empty() {
-            canvas.text("no data", panel.at(panel.x.min(), panel.y.max()), Text { colour: GREY, ..Text::BODY })?;
+            canvas.text("no data", panel.at(panel.x.min(), panel.y.max()), Text { colour: GREY, ..Text::BODY });
         }
-        Ok(())
     }
 }
 
@@ -119,10 +113,8 @@ mod tests {
             least: [0.0; 2],
             traces: vec![trace(false), trace(true)],
         };
-        let one = traces_png(std::slice::from_ref(&chart)).unwrap();
-        let two = traces_png(&[chart.clone(), chart]).unwrap();
-        let width = |png: &[u8]| u32::from_be_bytes(png[16..20].try_into().unwrap());
-        assert_eq!(width(&two), 2 * width(&one));
-        assert!(traces_png(&[]).is_err());
+        let one = traces_svg(std::slice::from_ref(&chart));
+        assert!(one.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"470\""), "{one}");
+        assert!(traces_svg(&[chart.clone(), chart]).contains("width=\"940\""));
     }
 }

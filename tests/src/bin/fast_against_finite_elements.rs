@@ -4,12 +4,12 @@
 
 use std::path::Path;
 
-use fingerpad_report::traces_png;
+use fingerpad_report::traces_svg;
 use fingerpad_tests::fast_against_finite_elements::{
     Failure, Models, PAGE, TABLE, charts, chosen_runs, from_csv, to_csv, with_tables,
 };
 
-const PICTURE: &str = "docs/pictures/fast-against-finite-elements.png";
+const PICTURE: &str = "docs/pictures/fast-against-finite-elements.svg";
 
 fn main() -> Result<(), Failure> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -27,5 +27,5 @@ fn main() -> Result<(), Failure> {
     let entries = from_csv(&csv, runs)?;
     let page = std::fs::read_to_string(root.join(PAGE)).map_err(|e| format!("{PAGE}: {e}"))?;
     write(PAGE, with_tables(&page, &entries)?.as_bytes())?;
-    write(PICTURE, &traces_png(&charts(&entries))?)
+    write(PICTURE, traces_svg(&charts(&entries)).as_bytes())
 }

@@ -12,15 +12,15 @@ fn an_experiment_has_a_verdict_and_a_figure() {
     let output = run(dir.path(), &["--coarse", "indentation", "load"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let page = std::fs::read_to_string(dir.path().join("experiments.md")).unwrap();
-    for part in ["mesh `coarse`", "- Published: about 82 %", "- Found: ", "- Verdict: **", "experiment_indentation.png"]
+    for part in ["mesh `coarse`", "- Published: about 82 %", "- Found: ", "- Verdict: **", "experiment_indentation.svg"]
     {
         assert!(page.contains(part), "no {part} in {page}");
     }
     // The order is that of the list, not that of the arguments.
-    assert!(page.find("experiment_load.png") < page.find("experiment_indentation.png"));
+    assert!(page.find("experiment_load.svg") < page.find("experiment_indentation.svg"));
     assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
-    for figure in ["experiment_load.png", "experiment_indentation.png"] {
-        assert!(std::fs::read(dir.path().join(figure)).unwrap().starts_with(b"\x89PNG"));
+    for figure in ["experiment_load.svg", "experiment_indentation.svg"] {
+        assert!(std::fs::read(dir.path().join(figure)).unwrap().starts_with(b"<svg xmlns="));
     }
 }
 

@@ -244,8 +244,8 @@ class Diagnosis(_Result):
 
     @property
     def pictures(self) -> list[Path]:
-        """The figures of the report (PNG)."""
-        return sorted(self.folder.glob("*.png"))
+        """The figures of the report (SVG)."""
+        return sorted(self.folder.glob("*.svg"))
 
 
 def diagnose(

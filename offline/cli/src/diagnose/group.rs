@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use fingerpad_diagnose::{ColumnMap, FEWEST, FingerSets, Options, diagnose_group};
-use fingerpad_report::diagnosis::group;
+use fingerpad_report::{Picture, diagnosis::group};
 use fingerpad_smooth::ReferenceCurves;
 use serde::Deserialize;
 
@@ -77,7 +77,7 @@ pub fn run(
     let json = serde_json::to_string_pretty(&report).map_err(|e| Failure::Numerics(e.into()))?;
     let mut written =
         vec![(JSON.to_owned(), (json + "\n").into_bytes()), (SIZES.to_owned(), group::sizes_csv(&report).into_bytes())];
-    written.extend(group::forest(&report).map(|svg| (FOREST.to_owned(), svg.into_bytes())));
+    written.extend(group::forest(&report).iter().map(Picture::file));
     results::write(args.out(), &written)?;
     group::sentences(&report).iter().for_each(|sentence| println!("{sentence}"));
     Ok(())

@@ -21,20 +21,20 @@ const NAMES: &[&str] = &[
     NEXT,
     JSON,
     PAGE,
-    "map_before.png",
-    "map_after.png",
-    "traces.png",
-    "driver_1.png",
-    "driver_2.png",
-    "driver_3.png",
-    "driver_4.png",
-    "evidence.png",
-    "heldout.png",
-    "confirmation.png",
+    "map_before.svg",
+    "map_after.svg",
+    "traces.svg",
+    "driver_1.svg",
+    "driver_2.svg",
+    "driver_3.svg",
+    "driver_4.svg",
+    "evidence.svg",
+    "heldout.svg",
+    "confirmation.svg",
     "stability.svg",
-    "forces.png",
-    "table.png",
-    "candidates.png",
+    "forces.svg",
+    "table.svg",
+    "candidates.svg",
     diagnose_table::CORRECTED_CONFIG,
     diagnose_table::CORRECTED_SHAPE,
     diagnose_table::CORRECTED_TABLE,
@@ -112,7 +112,7 @@ pub fn write_files(
     plan: Option<&NextExperiment>,
     beside: Vec<(String, Vec<u8>)>,
 ) -> Result<(), Failure> {
-    let mut files = rendered.figures;
+    let mut files: Vec<_> = rendered.figures.iter().map(report::Picture::file).collect();
     files.extend(beside);
     files.extend(plan.map(|plan| (NEXT.to_owned(), report::diagnosis::plan_csv(plan).into_bytes())));
     match elsewhere(args) {

@@ -40,7 +40,7 @@ fn a_response_is_drawn_also_where_the_run_ends_early() {
     let simulate = "simulate --path p.csv --config c.toml --out new/r.csv --report new";
     let (printed, _) = folder.done(simulate);
     assert!(printed.contains("new/report.html"), "{printed}");
-    let maps = || folder.names("new/figures").iter().filter(|name| name.ends_with("_pressure.png")).count();
+    let maps = || folder.names("new/figures").iter().filter(|name| name.ends_with("_pressure.svg")).count();
     // The end of the press, the turn, the last row that presses.
     assert_eq!(maps(), 3);
     let page = folder.text("new/report.html");
@@ -78,11 +78,11 @@ fn diagnose_twice(line: &str, input: &str) {
     let mut expected = folder.names("d");
     // As if an earlier diagnosis had written more.
     let list = folder.text("d/files.txt");
-    folder.write("d/files.txt", list.replace("report.json", "report.json\nold.fpm\nold.png\n../in.csv"));
-    ["d/old.fpm", "d/old.png", "d/mine.png"].iter().for_each(|old| folder.write(old, ""));
+    folder.write("d/files.txt", list.replace("report.json", "report.json\nold.fpm\nold.svg\n../in.csv"));
+    ["d/old.fpm", "d/old.svg", "d/mine.svg"].iter().for_each(|old| folder.write(old, ""));
     folder.write("d/mine.csv", input);
     folder.done(&format!("diagnose {line} d/mine.csv --out d"));
-    expected.extend(["mine.csv".into(), "mine.png".into()]);
+    expected.extend(["mine.csv".into(), "mine.svg".into()]);
     expected.sort();
     assert_eq!(folder.names("d"), expected);
     assert!(folder.exists("in.csv"), "a list never leads out of its folder");

@@ -1,11 +1,9 @@
 //! Bars of residuals and of evidence, and residuals over a driver.
 
-use plotters_backend::BackendColor;
-
 use super::words::axis;
 use crate::axes::{Axis, Panel};
-use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
-use crate::colour::{FAINT, GREY, INK, MODEL, SERIES, WHITE, mix};
+use crate::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
+use crate::colour::{Colour, FAINT, GREY, INK, MODEL, SERIES, WHITE, mix};
 use crate::numbers::fixed;
 use fingerpad_diagnose::{CrossValidationError, Diagnosis, DriverPlot, FeConfirmation};
 
@@ -24,9 +22,7 @@ impl Figure for Driver<'_> {
         if self.narrow { (380, 400) } else { (900, 400) }
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
         let points = &self.plot.points;
         let (first, last) = (points.first().map_or(0.0, |p| p[0]), points.last().map_or(1.0, |p| p[0]));
         // Single rows scatter widely; the axis covers all but the outermost in a hundred.
@@ -47,22 +43,16 @@ impl Figure for Driver<'_> {
             x: Axis::covering(&axis(&self.plot.column, self.unit), [first, last], std::iter::empty(), ticks),
             y: Axis::covering("Relative residual, %", residuals, std::iter::empty(), 6),
         };
-        panel.draw(canvas)?;
-        canvas.line(&[panel.at(panel.x.min(), 0.0), panel.at(panel.x.max(), 0.0)], Line::solid(GREY, 1.0))?;
+        panel.draw(canvas);
+        canvas.line(&[panel.at(panel.x.min(), 0.0), panel.at(panel.x.max(), 0.0)], Line::solid(GREY, 1.0));
         let inside = |p: &[f64; 3]| 100.0 * p[1] >= panel.y.min() && 100.0 * p[1] <= panel.y.max();
         let dense = points.len() > 300;
         for p in points.iter().filter(|p| inside(p)) {
-            canvas.marker(Marker::Circle, panel.at(p[0], 100.0 * p[1]), if dense { 1.6 } else { 3.2 }, INK, !dense)?;
+            canvas.marker(Marker::Circle, panel.at(p[0], 100.0 * p[1]), if dense { 1.6 } else { 3.2 }, INK, !dense);
         }
         // The law is drawn at the points, joined if they are few, as dots if rows differ in more than the driver.
         for p in points {
-            canvas.marker(
-                Marker::Square,
-                panel.at(p[0], 100.0 * p[2]),
-                if dense { 1.6 } else { 3.0 },
-                SERIES[1],
-                true,
-            )?;
+            canvas.marker(Marker::Square, panel.at(p[0], 100.0 * p[2]), if dense { 1.6 } else { 3.0 }, SERIES[1], true);
         }
         let labels: [&[&str]; 2] = if self.narrow {
             [&["measured less the model without the effect"], &["the fitted law there"]]
@@ -70,14 +60,13 @@ impl Figure for Driver<'_> {
             [&["measured less the model", "without the effect"], &["the fitted law there"]]
         };
         let places = if self.narrow { [(24.0, 16.0), (24.0, 38.0)] } else { [(722.0, 60.0), (722.0, 98.0)] };
-        canvas.marker(Marker::Circle, places[0], 3.2, INK, !dense)?;
-        canvas.marker(Marker::Square, places[1], 3.0, SERIES[1], true)?;
+        canvas.marker(Marker::Circle, places[0], 3.2, INK, !dense);
+        canvas.marker(Marker::Square, places[1], 3.0, SERIES[1], true);
         for ((x, y), lines) in places.into_iter().zip(labels) {
             for (k, line) in lines.iter().enumerate() {
-                canvas.text(line, (x + 12.0, y + 15.0 * k as f64), Text::BODY)?;
+                canvas.text(line, (x + 12.0, y + 15.0 * k as f64), Text::BODY);
             }
         }
-        Ok(())
     }
 }
 
@@ -97,9 +86,7 @@ impl Figure for Bars<'_> {
         )
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
         let mut tests: Vec<_> = self.report.tests.iter().filter(|t| t.testable).collect();
         tests.sort_by(|a, b| b.gain_2ll.total_cmp(&a.gain_2ll));
         let most = tests.first().map_or(1.0, |t| t.gain_2ll).max(100.0);
@@ -109,39 +96,38 @@ impl Figure for Bars<'_> {
         let mut tick = 1.0;
         while tick <= most {
             let x = place(tick);
-            canvas.line(&[(x, 18.0), (x, bottom)], Line::solid(FAINT, 0.8))?;
+            canvas.line(&[(x, 18.0), (x, bottom)], Line::solid(FAINT, 0.8));
             canvas.text(
                 &fixed(tick, 0),
                 (x, bottom + 10.0),
                 Text { em: 11.0, h: HPos::Center, colour: GREY, ..Text::BODY },
-            )?;
+            );
             tick *= 10.0;
         }
-        canvas.text("gain in 2 log likelihood", (left, bottom + 28.0), Text { em: 12.0, ..Text::BODY })?;
+        canvas.text("gain in 2 log likelihood", (left, bottom + 28.0), Text { em: 12.0, ..Text::BODY });
         let named: Vec<&str> = self.report.effects.iter().map(|e| e.law.as_str()).collect();
         for (i, t) in tests.iter().enumerate() {
             let y = 24.0 + 22.0 * i as f64;
             let colour = if named.contains(&t.law.as_str()) { SERIES[1] } else { MODEL };
             let style = Text { h: HPos::Right, bold: named.contains(&t.law.as_str()), ..Text::BODY };
             let name = t.law.replace('_', " ");
-            canvas.text(&name, (left - 8.0, y + 8.0), style.within(&name, left - 10.0))?;
+            canvas.text(&name, (left - 8.0, y + 8.0), style.within(&name, left - 10.0));
             let w = (place(t.gain_2ll) - left).max(1.0);
             let fill = if t.significant { colour } else { mix(WHITE, colour, 0.25) };
-            canvas.rect(left, y, w, 15.0, fill)?;
+            canvas.rect(left, y, w, 15.0, fill);
             canvas.text(
                 &fixed(t.gain_2ll, 1),
                 (left + 6.0 + w, y + 8.0),
                 Text { em: 11.0, colour: GREY, ..Text::BODY },
-            )?;
+            );
         }
-        Ok(())
     }
 }
 
 /// Root mean square residuals per channel, beside each other.
 pub struct GapBars<'a> {
     /// Name, values of normal, x and y in N, colour.
-    pub series: Vec<(&'a str, [f64; 3], BackendColor)>,
+    pub series: Vec<(&'a str, [f64; 3], Colour)>,
     /// Whether it is for a narrow page: the legend above the panel.
     pub narrow: bool,
 }
@@ -180,9 +166,7 @@ impl Figure for GapBars<'_> {
         if self.narrow { (380, 290 + 20 * self.series.len() as u32) } else { (900, 290) }
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
         let values = self.series.iter().flat_map(|s| s.1).map(|v| 1000.0 * v);
         let above = if self.narrow { 20.0 * self.series.len() as f64 } else { 0.0 };
         let (left, width) = if self.narrow { (52.0, 316.0) } else { (74.0, 620.0) };
@@ -191,20 +175,10 @@ impl Figure for GapBars<'_> {
             top: 42.0 + above,
             width,
             height: 200.0,
-            x: Axis { ticks: vec![0.0, 3.0], decimals: 0, label: String::new() },
+            x: Axis::bare([0.0, 3.0]),
             y: Axis::covering("Root mean square residual, mN", [0.0, 1.0], values, 5),
         };
-        for tick in &panel.y.ticks {
-            let y = panel.at(0.0, *tick).1;
-            canvas.line(&[(panel.left, y), (panel.left + panel.width, y)], Line::solid(FAINT, 0.8))?;
-            let text = fixed(*tick, panel.y.decimals);
-            canvas.text(&text, (panel.left - 8.0, y), Text { em: 11.5, h: HPos::Right, colour: GREY, ..Text::BODY })?;
-        }
-        canvas.text(
-            &panel.y.label,
-            (panel.left - 34.0, panel.top - 18.0),
-            Text { bold: true, em: 12.5, ..Text::BODY },
-        )?;
+        panel.grid(canvas);
         let pitch = match self.series.len() {
             n if self.narrow => 100.0 / n as f64,
             n if n > 3 => 37.0,
@@ -213,22 +187,21 @@ impl Figure for GapBars<'_> {
         let (gap, em) = if self.narrow { (2.0, 8.0) } else { (6.0, 10.5) };
         for (channel, name) in ["normal", "x", "y"].iter().enumerate() {
             let centre = panel.at(channel as f64 + 0.5, 0.0);
-            canvas.text(name, (centre.0, centre.1 + 16.0), Text { h: HPos::Center, ..Text::BODY })?;
+            canvas.text(name, (centre.0, centre.1 + 16.0), Text { h: HPos::Center, ..Text::BODY });
             for (k, (_, rms, colour)) in self.series.iter().enumerate() {
                 let x = centre.0 + pitch * (k as f64 - 0.5 * self.series.len() as f64);
                 let top = panel.at(0.0, 1000.0 * rms[channel]).1;
-                canvas.rect(x, top, pitch - gap, centre.1 - top, *colour)?;
+                canvas.rect(x, top, pitch - gap, centre.1 - top, *colour);
                 let text = fixed(1000.0 * rms[channel], if self.narrow && rms[channel] >= 0.1 { 0 } else { 1 });
                 let middle = x + 0.5 * (pitch - gap);
-                canvas.text(&text, (middle, top - 9.0), Text { em, h: HPos::Center, ..Text::BODY })?;
+                canvas.text(&text, (middle, top - 9.0), Text { em, h: HPos::Center, ..Text::BODY });
             }
         }
         let (x, top) = if self.narrow { (18.0, 14.0) } else { (722.0, 60.0) };
         for (k, (name, _, colour)) in self.series.iter().enumerate() {
             let y = top + 20.0 * k as f64;
-            canvas.rect(x, y - 6.0, 14.0, 12.0, *colour)?;
-            canvas.text(name, (x + 22.0, y), Text::BODY)?;
+            canvas.rect(x, y - 6.0, 14.0, 12.0, *colour);
+            canvas.text(name, (x + 22.0, y), Text::BODY);
         }
-        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Forces over rows and against each other.
 
 use crate::axes::{Axis, Panel};
-use crate::canvas::{Canvas, Drawn, Figure, Line, Marker, Text};
+use crate::canvas::{Canvas, Figure, Line, Marker, Text};
 use crate::colour::{GREY, INK, MODEL, SERIES, WHITE, mix};
 use fingerpad_diagnose::{ForceTrace, Plot};
 
@@ -23,9 +23,7 @@ impl Figure for Traces<'_> {
         if self.narrow { (380, (68.0 + 2.0 * height) as u32) } else { (940, (48.0 + height) as u32) }
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
         let models = [("as calibrated", mix(WHITE, GREY, 0.6)), ("refitted", MODEL), ("with the effect", SERIES[1])];
         let shown = if self.claimed { &models[..] } else { &models[..2] };
         // On a narrow page the legend has two rows of two.
@@ -37,12 +35,12 @@ impl Figure for Traces<'_> {
             }
         };
         let (x, y) = place(0);
-        canvas.marker(Marker::Circle, (x, y), 2.6, INK, true)?;
-        canvas.text("measured", (x + 10.0, y), Text::BODY)?;
+        canvas.marker(Marker::Circle, (x, y), 2.6, INK, true);
+        canvas.text("measured", (x + 10.0, y), Text::BODY);
         for (i, (name, colour)) in shown.iter().enumerate() {
             let (x, y) = place(i + 1);
-            canvas.line(&[(x, y), (x + 22.0, y)], Line::solid(*colour, 2.2))?;
-            canvas.text(name, (x + 30.0, y), Text::BODY)?;
+            canvas.line(&[(x, y), (x + 22.0, y)], Line::solid(*colour, 2.2));
+            canvas.text(name, (x + 30.0, y), Text::BODY);
         }
         for (row, trace) in self.traces.iter().enumerate() {
             for (k, name) in ["normal force, N", "friction along the motion, N"].iter().enumerate() {
@@ -60,18 +58,17 @@ impl Figure for Traces<'_> {
                     x: Axis::covering("row of the run", [1.0, trace.readings_n.len() as f64], std::iter::empty(), 6),
                     y: Axis::covering(&format!("{}: {name}", trace.run), [0.0, 0.0], forces, 4),
                 };
-                panel.draw(canvas)?;
+                panel.draw(canvas);
                 for ((_, colour), model) in shown.iter().zip(&trace.models_n) {
                     let points: Vec<(f64, f64)> =
                         (1..).zip(model).map(|(row, f)| panel.at(f64::from(row), f[k])).collect();
-                    canvas.line(&points, Line::solid(*colour, 2.0))?;
+                    canvas.line(&points, Line::solid(*colour, 2.0));
                 }
                 for (row, f) in (1..).zip(&trace.readings_n).filter(|(_, f)| f[k].is_finite()) {
-                    canvas.marker(Marker::Circle, panel.at(f64::from(row), f[k]), 2.4, INK, true)?;
+                    canvas.marker(Marker::Circle, panel.at(f64::from(row), f[k]), 2.4, INK, true);
                 }
             }
         }
-        Ok(())
     }
 }
 
@@ -99,9 +96,8 @@ impl Figure for Scatter<'_> {
         }
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
+        let width = self.size().0;
         let all = || self.plot.points.iter().chain(&self.plot.curves).flat_map(|s| &s.1);
         let range = |k: usize| {
             let values = all().map(move |p| p[k]);
@@ -128,34 +124,33 @@ impl Figure for Scatter<'_> {
             x: Axis::covering(&self.plot.x, x, std::iter::empty(), ticks),
             y: Axis::covering(&self.plot.y, y, std::iter::empty(), ticks),
         };
-        panel.draw(canvas)?;
+        panel.draw(canvas);
         if self.plot.square {
             let (low, high) = (panel.at(0.0, panel.y.min()), panel.at(0.0, panel.y.max()));
             let (left, right) = (panel.at(panel.x.min(), 0.0), panel.at(panel.x.max(), 0.0));
-            canvas.line(&[low, high], Line::solid(GREY, 0.8))?;
-            canvas.line(&[left, right], Line::solid(GREY, 0.8))?;
+            canvas.line(&[low, high], Line::solid(GREY, 0.8));
+            canvas.line(&[left, right], Line::solid(GREY, 0.8));
         }
         let (beside, mut legend) = if self.narrow { (14.0, 14.0) } else { (panel.left + w + 22.0, 60.0) };
         let most = f64::from(width) - beside - 30.0;
         for (i, (name, curve)) in self.plot.curves.iter().enumerate() {
             let colour = SERIES[(i + 1) % SERIES.len()];
             let points: Vec<(f64, f64)> = curve.iter().map(|p| panel.at(p[0], p[1])).collect();
-            canvas.line(&points, Line::solid(colour, 2.0))?;
+            canvas.line(&points, Line::solid(colour, 2.0));
             let at = beside;
-            canvas.line(&[(at, legend), (at + 20.0, legend)], Line::solid(colour, 2.0))?;
-            canvas.text(name, (at + 28.0, legend), Text::BODY.within(name, most))?;
+            canvas.line(&[(at, legend), (at + 20.0, legend)], Line::solid(colour, 2.0));
+            canvas.text(name, (at + 28.0, legend), Text::BODY.within(name, most));
             legend += 20.0;
         }
         for (i, (name, points)) in self.plot.points.iter().enumerate() {
             let colour = if i == 0 { INK } else { GREY };
             for p in points {
-                canvas.marker(Marker::Circle, panel.at(p[0], p[1]), 3.0, colour, i == 0)?;
+                canvas.marker(Marker::Circle, panel.at(p[0], p[1]), 3.0, colour, i == 0);
             }
             let at = beside + 10.0;
-            canvas.marker(Marker::Circle, (at, legend), 3.0, colour, i == 0)?;
-            canvas.text(name, (at + 18.0, legend), Text::BODY.within(name, most))?;
+            canvas.marker(Marker::Circle, (at, legend), 3.0, colour, i == 0);
+            canvas.text(name, (at + 18.0, legend), Text::BODY.within(name, most));
             legend += 20.0;
         }
-        Ok(())
     }
 }

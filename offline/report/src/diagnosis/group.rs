@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use fingerpad_diagnose::{FingerAlone, GroupDiagnosis, GroupVerdict, SharedLaw, SharedSize};
 
 use super::words::{name, plain};
-use crate::html::escape;
+use crate::Picture;
+use crate::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
+use crate::colour::{ESTIMATE, GREY, MODEL};
 use crate::numbers::{fixed, significant};
 
 /// A size with its interval.
@@ -86,59 +88,48 @@ pub fn sizes_csv(report: &GroupDiagnosis) -> String {
     out
 }
 
-/// Forest plot of the first size of the best law as SVG: every finger with its interval, and the mean.
-pub fn forest(report: &GroupDiagnosis) -> Option<String> {
-    const WIDTH: f64 = 640.0;
-    const LEFT: f64 = 150.0;
-    const ROW: f64 = 24.0;
-    const TOP: f64 = 34.0;
+/// Forest plot of the first size of the best law: every finger with its interval, and the mean.
+pub fn forest(report: &GroupDiagnosis) -> Option<Picture> {
     let law = report.laws.first()?;
     let size = law.sizes.first()?;
-    let rows: Vec<(&str, f64, [f64; 2])> = size
-        .fingers
-        .iter()
-        .map(|f| (f.finger.as_str(), f.value, f.ci95))
-        .chain([("all fingers", size.mean, size.ci95)])
-        .collect();
-    let low = rows.iter().map(|r| r.2[0]).fold(0.0, f64::min);
-    let high = rows.iter().map(|r| r.2[1]).fold(0.0, f64::max);
-    let span = (high - low).max(1e-12);
-    let x = |value: f64| LEFT + (WIDTH - LEFT - 20.0) * (value - low) / span;
-    let height = TOP + ROW * rows.len() as f64 + 34.0;
-    let bottom = height - 30.0;
     let unit = if size.unit.is_empty() { String::new() } else { format!(", {}", size.unit) };
-    let title = escape(&format!("{}: {}{unit}, with 95 % intervals", plain(&law.law), plain(&size.name)));
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" font-family=\"sans-serif\" \
-         font-size=\"12\">\n<text x=\"10\" y=\"18\">{title}</text>\n\
-         <line x1=\"{0:.1}\" x2=\"{0:.1}\" y1=\"{TOP}\" y2=\"{bottom:.1}\" stroke=\"#888\" stroke-dasharray=\"3 3\"/>\n",
-        x(0.0)
-    );
-    for (i, (name, value, [from, to])) in rows.iter().enumerate() {
-        let y = TOP + ROW * (i as f64 + 0.5);
-        let colour = if i + 1 == rows.len() { "#c0392b" } else { "#4a6fa5" };
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n\
-             <line x1=\"{:.1}\" x2=\"{:.1}\" y1=\"{y:.1}\" y2=\"{y:.1}\" stroke=\"{colour}\" stroke-width=\"2\"/>\n\
-             <circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{colour}\"/>",
-            LEFT - 12.0,
-            y + 4.0,
-            escape(name),
-            x(*from),
-            x(*to),
-            x(*value)
-        );
+    let title = format!("{}: {}{unit}, with 95 % intervals", plain(&law.law), plain(&size.name));
+    Some(Picture::new("group_sizes", title.as_str(), "", &Forest { size, title: &title }))
+}
+
+struct Forest<'a> {
+    size: &'a SharedSize,
+    title: &'a str,
+}
+
+/// Height of a finger's row and of the title above all rows, px.
+const ROW: f64 = 24.0;
+const TOP: f64 = 34.0;
+
+impl Figure for Forest<'_> {
+    fn size(&self) -> (u32, u32) {
+        (640, (TOP + ROW * (self.size.fingers.len() + 1) as f64 + 34.0) as u32)
     }
-    for value in [low, 0.0, high] {
-        let _ = writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            x(value).clamp(LEFT, WIDTH - 24.0),
-            height - 12.0,
-            significant(value, 2)
-        );
+
+    fn draw(&self, canvas: &mut Canvas) {
+        let fingers = self.size.fingers.iter().map(|f| (f.finger.as_str(), f.value, f.ci95, MODEL));
+        let all = ("all fingers", self.size.mean, self.size.ci95, ESTIMATE);
+        let rows: Vec<_> = fingers.chain([all]).collect();
+        let low = rows.iter().map(|r| r.2[0]).fold(0.0, f64::min);
+        let high = rows.iter().map(|r| r.2[1]).fold(0.0, f64::max);
+        let (left, right, bottom) = (150.0, 620.0, TOP + ROW * rows.len() as f64);
+        let x = |value: f64| left + (right - left) * (value - low) / (high - low).max(1e-12);
+        canvas.text(self.title, (10.0, 14.0), Text::BODY);
+        canvas.line(&[(x(0.0), TOP), (x(0.0), bottom)], Line { colour: GREY, width: 1.0, dash: Some((3.0, 3.0)) });
+        for (i, (name, value, [from, to], colour)) in rows.into_iter().enumerate() {
+            let y = TOP + ROW * (i as f64 + 0.5);
+            canvas.text(name, (left - 12.0, y), Text { h: HPos::Right, ..Text::BODY });
+            canvas.line(&[(x(from), y), (x(to), y)], Line::solid(colour, 2.0));
+            canvas.marker(Marker::Circle, (x(value), y), 3.3, colour, true);
+        }
+        for value in [low, 0.0, high] {
+            let at = (x(value).clamp(left, right - 4.0), bottom + 14.0);
+            canvas.text(&significant(value, 2), at, Text { h: HPos::Center, ..Text::BODY });
+        }
     }
-    out.push_str("</svg>\n");
-    Some(out)
 }

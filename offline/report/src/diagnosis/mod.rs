@@ -12,40 +12,29 @@ mod repeated;
 mod residual_map;
 mod words;
 
-use super::html::{Picture, wide_and_narrow};
-use super::{Rendered, ReportError, canvas, canvas::Figure};
-use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis};
+use super::{Picture, Rendered, ReportError};
+use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, Plot, ReducedDiagnosis};
 pub use repeated::sentences as repetitions;
 pub use words::{cautions, summary, word};
-
-/// A figure as a PNG file and as an image in the page: once for wide windows, once for narrow ones.
-fn drawn<F: Figure>(figure: impl Fn(bool) -> F) -> Result<(Vec<u8>, String), ReportError> {
-    let (wide, narrow) = (figure(false), figure(true));
-    Ok((canvas::png(&wide)?, wide_and_narrow(canvas::svg(&wide)?, canvas::svg(&narrow)?)))
-}
 
 /// Makes page, numbers and figures.
 ///
 /// # Errors
-/// [`ReportError`] if a figure cannot be drawn.
+/// [`ReportError::Json`].
 pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, ReportError> {
-    let mut pictures = Vec::new();
-    let mut files = Vec::new();
-    let mut add = |name: &str, title: String, caption: String, (png, svg): (Vec<u8>, String)| {
-        files.push((format!("{name}.png"), png));
-        pictures.push(Picture { name: name.to_owned(), title, caption, png: Vec::new(), svg: Some(svg) });
-    };
     let claimed = !report.effects.is_empty();
     let fe = report.fe_confirmation.as_ref();
-    let figure = |narrow| figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) };
-    add(
-        "heldout",
-        "The gap on runs that no fit saw: as calibrated, refitted, with the effect".into(),
-        words::gap_caption(report),
-        drawn(figure)?,
-    );
-    let figure = |narrow| force_plots::Traces { traces: &evidence.traces, claimed, narrow };
-    add("traces", "Forces of the three worst runs".into(), words::traces_caption().into(), drawn(figure)?);
+    let mut figures = vec![
+        Picture::wide_and_narrow(
+            "heldout",
+            "The gap on runs that no fit saw: as calibrated, refitted, with the effect",
+            words::gap_caption(report),
+            |narrow| figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) },
+        ),
+        Picture::wide_and_narrow("traces", "Forces of the three worst runs", words::traces_caption(), |narrow| {
+            force_plots::Traces { traces: &evidence.traces, claimed, narrow }
+        }),
+    ];
     for (name, title, map, shown) in [
         ("map_before", "Where simulation and measurement disagree, before any effect", &evidence.map_before, true),
         ("map_after", "The same with the effect in the model", &evidence.map_after, claimed),
@@ -53,54 +42,46 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         if shown {
             let scale = residual_map::scale(&evidence.map_before);
             let figure = |narrow| residual_map::ResidualMap { map, scale, narrow };
-            add(name, title.into(), words::map_caption().into(), drawn(figure)?);
+            figures.push(Picture::wide_and_narrow(name, title, words::map_caption(), figure));
         }
     }
     for (i, plot) in evidence.drivers.iter().enumerate() {
         let unit = words::unit(&plot.column, &evidence.own);
-        let figure = |narrow| figures::Driver { plot, unit, narrow };
-        let name = format!("driver_{}", i + 1);
         let title = format!("Residual against {}, with the fitted law", words::column(&plot.column));
-        add(&name, title, words::driver_caption(plot), drawn(figure)?);
+        let figure = |narrow| figures::Driver { plot, unit, narrow };
+        let caption = words::driver_caption(plot);
+        figures.push(Picture::wide_and_narrow(&format!("driver_{}", i + 1), title, caption, figure));
     }
-    let figure = |narrow| figures::Bars { report, narrow };
-    add(
+    figures.push(Picture::wide_and_narrow(
         "evidence",
-        "Evidence for every law against the baseline alone".into(),
+        "Evidence for every law against the baseline alone",
         words::bars_caption(report),
-        drawn(figure)?,
-    );
-    if let Some(fe) = &report.fe_confirmation {
-        let figure = |narrow| figures::GapBars { narrow, ..figures::GapBars::confirmation(fe) };
-        add(
-            "confirmation",
-            "The finite elements with the effect inside their law".into(),
-            words::confirmation_caption(fe),
-            drawn(figure)?,
-        );
-    }
-    files.extend(
-        report.stability.iter().map(|s| ("stability.svg".to_owned(), repeated::stability_picture(s).into_bytes())),
-    );
+        |narrow| figures::Bars { report, narrow },
+    ));
+    figures.extend(fe.map(|fe| {
+        let title = "The finite elements with the effect inside their law";
+        Picture::wide_and_narrow("confirmation", title, words::confirmation_caption(fe), |narrow| figures::GapBars {
+            narrow,
+            ..figures::GapBars::confirmation(fe)
+        })
+    }));
+    figures.extend(report.stability.iter().map(repeated::stability_picture));
     let json = serde_json::to_string_pretty(report)? + "\n";
-    Ok(Rendered { html: page::page(report, &pictures), json, figures: files })
+    Ok(Rendered { html: page::page(report, &figures), json, figures })
 }
 
 /// Page, numbers and figure of a diagnosis of forces alone or of a table.
 ///
 /// # Errors
-/// [`ReportError`] if the figure cannot be drawn.
+/// [`ReportError::Json`].
 pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportError> {
     let json = serde_json::to_string_pretty(&reduced.report)? + "\n";
-    let mut files = Vec::new();
-    let mut picture = None;
-    if let Some(plot) = &reduced.plot {
-        let (png, svg) = drawn(|narrow| force_plots::Scatter { plot, narrow })?;
-        files.push(("forces.png".to_owned(), png));
-        let (title, caption) = (plot.title.clone(), plot.caption.clone());
-        picture = Some(Picture { name: "forces".into(), title, caption, png: Vec::new(), svg: Some(svg) });
-    }
-    Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, picture.as_ref()), json, figures: files })
+    let picture = |plot: &Plot| {
+        let Plot { title, caption, .. } = plot;
+        Picture::wide_and_narrow("forces", title, caption, |narrow| force_plots::Scatter { plot, narrow })
+    };
+    let figures: Vec<_> = reduced.plot.iter().map(picture).collect();
+    Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, &figures), json, figures })
 }
 
 /// Columns of the user's own that the strokes set.
@@ -139,15 +120,19 @@ pub fn plan_csv(plan: &NextExperiment) -> String {
 
 #[cfg(test)]
 mod tests {
-    use fingerpad_diagnose::{DriverPlot, ForceTrace, Plot, Region};
+    use fingerpad_diagnose::{DriverPlot, ForceTrace, Region};
 
     use super::*;
+    use crate::canvas::{Canvas, Figure};
 
     /// Whether all that a figure draws lies within it.
     fn stays_within(figure: &impl Figure) -> bool {
-        let tree = canvas::tree(figure).unwrap();
-        let (size, drawn) = (tree.size(), tree.root().abs_bounding_box());
-        drawn.left() >= 0.0 && drawn.right() <= size.width() && drawn.top() >= 0.0 && drawn.bottom() <= size.height()
+        let mut canvas = Canvas::default();
+        figure.draw(&mut canvas);
+        let [width, height] = [figure.size().0, figure.size().1].map(f64::from);
+        let within =
+            |[left, top, right, bottom]: [f64; 4]| left >= 0.0 && top >= 0.0 && right <= width && bottom <= height;
+        canvas.boxes.iter().all(|(drawn, _)| within(*drawn))
     }
 
     #[test]

@@ -3,7 +3,8 @@
 use maud::{Markup, html};
 
 use super::{repeated, words};
-use crate::html::{Picture, captioned_table, cell, document, figures, heads, prose, table};
+use crate::Picture;
+use crate::html::{captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{Diagnosis, EffectFound};
 
@@ -38,7 +39,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
             section { (figures(2, rest)) }
             (next(report))
             section.tables { (regions(report)) (noise(report)) }
-            (repeated::section(report))
+            @if let Some(found) = &report.power { section.tables { (repeated::power_table(found)) } }
             footer { (basis()) }
         }
     };
@@ -64,19 +65,19 @@ fn basis() -> Markup {
             }
             li { "Held-out runs were read after the verdict." }
         }
-        p { code { "report.json" } " holds every number of this page; every figure is beside it as a PNG file." }
+        p { code { "report.json" } " holds every number of this page; every figure is beside it as an SVG file." }
     }
 }
 
 /// The page of a diagnosis that has sentences instead of figures.
-pub fn reduced(report: &Diagnosis, sentences: &[String], picture: Option<&Picture>) -> String {
+pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -> String {
     let main = html! {
         main {
             h1 { "Verdict: " (words::word(report)) }
             @for (_, caution) in words::cautions(report) { p.warning { (prose(&caution)) } }
             @for sentence in sentences { p { (prose(sentence)) } }
             (effects(report))
-            (figures(1, picture.map_or(&[], std::slice::from_ref)))
+            (figures(1, pictures))
             (next(report))
         }
     };
@@ -228,8 +229,8 @@ mod tests {
         )
         .unwrap();
         let mut found = diagnose_forces(&trace, 0.01);
-        assert!(!reduced(&found.report, &found.sentences, None).contains("sign flips"));
+        assert!(!reduced(&found.report, &found.sentences, &[]).contains("sign flips"));
         found.report.holdout.method = "k-fold by run".into();
-        assert!(reduced(&found.report, &found.sentences, None).contains("sign flips over runs"));
+        assert!(reduced(&found.report, &found.sentences, &[]).contains("sign flips over runs"));
     }
 }

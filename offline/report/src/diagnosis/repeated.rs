@@ -1,11 +1,13 @@
 //! Power and stability of a diagnosis on its page, and as sentences that the command prints as well.
 
-use std::fmt::Write as _;
-
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::words::{name, plain};
-use crate::html::{captioned_table, escape};
+use crate::Picture;
+use crate::axes::{Axis, Panel};
+use crate::canvas::{Canvas, Figure, HPos, Line, Text};
+use crate::colour::{Colour, INK, MODEL, rgb};
+use crate::html::captioned_table;
 use fingerpad_diagnose::{Diagnosis, NotSimulated, Power, PowerCell, Rate, Stability};
 
 fn percent(share: f64) -> String {
@@ -23,6 +25,8 @@ fn rate_of(rate: &Rate, things: &str) -> String {
     format!("{} of {}{things} ({low} to {high} %)", rate.count, rate.sets)
 }
 
+/// A group without which the verdict is another one.
+const OTHER: Colour = rgb(0xc0392b);
 /// Size of the effect in the sentence.
 const SIZE: f64 = 0.1;
 
@@ -81,7 +85,7 @@ pub fn stability_sentence(found: &Stability) -> String {
 }
 
 /// Table of the power: a row a law, columns of naming at each size.
-fn power_table(found: &Power) -> Markup {
+pub fn power_table(found: &Power) -> Markup {
     let sizes: Vec<f64> = found.by_size.iter().map(|c| c.size_p90_relative).collect();
     let cells = || found.by_size.iter().chain(&found.cells);
     let mut laws: Vec<&str> = Vec::new();
@@ -112,75 +116,55 @@ fn power_table(found: &Power) -> Markup {
     }
 }
 
-/// The picture of the stability: the gain of the strongest law without each group of runs, as SVG.
-pub fn stability_picture(found: &Stability) -> String {
-    const WIDTH: f64 = 640.0;
-    const HEIGHT: f64 = 260.0;
-    const LEFT: f64 = 60.0;
-    const TOP: f64 = 30.0;
-    const BOTTOM: f64 = 50.0;
-    let most = found.groups.iter().chain([&found.all]).map(|g| g.gain_2ll).fold(1.0, f64::max) * 1.1;
-    let height = HEIGHT - TOP - BOTTOM;
-    let y = |gain: f64| TOP + height * (1.0 - gain.max(0.0) / most);
-    let step = (WIDTH - LEFT - 20.0) / found.groups.len().max(1) as f64;
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" font-family=\"sans-serif\" \
-         font-size=\"12\">\n<text x=\"{LEFT}\" y=\"16\">Gain of the strongest law, 2 log likelihood, without each group of runs; \
-         line: with all runs</text>\n"
-    );
-    for (i, group) in found.groups.iter().enumerate() {
-        let same = group.verdict == found.all.verdict && group.laws == found.all.laws;
-        let (x, top) = (LEFT + step * (i as f64 + 0.15), y(group.gain_2ll));
-        let fill = if same { "#4a6fa5" } else { "#c0392b" };
-        let laws = if group.laws.is_empty() { String::new() } else { format!(": {}", group.laws.join(", ")) };
-        let _ = writeln!(
-            out,
-            "<rect x=\"{x:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\"><title>{}</title></rect>\n\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            0.7 * step,
-            TOP + height - top,
-            escape(&format!("without {}: {}{laws}", group.runs.join(", "), plain(name(group.verdict)))),
-            x + 0.35 * step,
-            HEIGHT - BOTTOM + 16.0,
-            i + 1
-        );
+/// The picture of the stability.
+pub fn stability_picture(found: &Stability) -> Picture {
+    let caption = "Gain of the strongest law without each group of the measured runs; red: another verdict. A single group \
+                   that carries the verdict shows as a low or a red bar.";
+    Picture::new("stability", "The decision without each group of the measured runs", caption, &GroupGains(found))
+}
+
+/// Bars of the gain of the strongest law without each group of runs; a line with all runs.
+struct GroupGains<'a>(&'a Stability);
+
+impl Figure for GroupGains<'_> {
+    fn size(&self) -> (u32, u32) {
+        (640, 260)
     }
-    let line = y(found.all.gain_2ll);
-    let _ = write!(
-        out,
-        "<line x1=\"{LEFT}\" x2=\"{0}\" y1=\"{line:.1}\" y2=\"{line:.1}\" stroke=\"#222\" stroke-dasharray=\"4 3\"/>\n\
-         <text x=\"{1}\" y=\"{2:.1}\" text-anchor=\"end\">{3:.0}</text>\n<text x=\"{1}\" y=\"{4:.1}\" text-anchor=\"end\">0</text>\n\
-         <text x=\"{LEFT}\" y=\"{5}\">group that is left out; red: another verdict</text>\n</svg>\n",
-        WIDTH - 20.0,
-        LEFT - 6.0,
-        line + 4.0,
-        found.all.gain_2ll,
-        TOP + height + 4.0,
-        HEIGHT - 12.0
-    );
-    out
+
+    fn draw(&self, canvas: &mut Canvas) {
+        let Stability { all, groups, .. } = self.0;
+        let gains = groups.iter().chain([all]).map(|group| group.gain_2ll.max(0.0));
+        let panel = Panel {
+            left: 60.0,
+            top: 40.0,
+            width: 560.0,
+            height: 160.0,
+            x: Axis::bare([0.0, groups.len().max(1) as f64]),
+            y: Axis::covering("gain in 2 log likelihood; line: with all runs", [0.0, 1.0], gains, 5),
+        };
+        panel.grid(canvas);
+        for (i, group) in groups.iter().enumerate() {
+            let same = group.verdict == all.verdict && group.laws == all.laws;
+            let (left, top) = panel.at(i as f64 + 0.15, group.gain_2ll.max(0.0));
+            let (right, bottom) = panel.at(i as f64 + 0.85, 0.0);
+            let laws = if group.laws.is_empty() { String::new() } else { format!(": {}", group.laws.join(", ")) };
+            let title = format!("without {}: {}{laws}", group.runs.join(", "), plain(name(group.verdict)));
+            let fill = if same { MODEL } else { OTHER };
+            canvas.titled(&title, |canvas| canvas.rect(left, top, right - left, bottom - top, fill));
+            let style = Text { h: HPos::Center, ..Text::BODY };
+            canvas.text(&(i + 1).to_string(), (0.5 * (left + right), bottom + 12.0), style);
+        }
+        let ends = [0.0, panel.x.max()].map(|x| panel.at(x, all.gain_2ll.max(0.0)));
+        canvas.line(&ends, Line { colour: INK, width: 1.0, dash: Some((4.0, 3.0)) });
+        let note = "group that is left out; red: another verdict";
+        canvas.text(note, (panel.left, 246.0), Text::BODY);
+    }
 }
 
 /// Sentences under the verdict.
 pub fn sentences(report: &Diagnosis) -> impl Iterator<Item = String> {
     let stability = report.stability.iter().map(stability_sentence);
     stability.chain(report.power.iter().map(|found| power_sentence(found, report)))
-}
-
-/// The table of the power and the picture of the stability.
-pub fn section(report: &Diagnosis) -> Markup {
-    html! {
-        @if let Some(found) = &report.power { section.tables { (power_table(found)) } }
-        @if let Some(found) = &report.stability {
-            figure {
-                (PreEscaped(stability_picture(found)))
-                figcaption {
-                    "The decision without each group of the measured runs. A single group that carries the verdict shows \
-                     as a low or a red bar."
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -198,11 +182,11 @@ mod tests {
         let named = |gain| left_out(Verdict::Named, &["speed_log"], gain);
         let mut found = Stability { all: named(50.0), groups: vec![named(40.0); 9], kept: 9 };
         assert!(stability_sentence(&found).contains("same whichever of 9"));
-        assert!(!stability_picture(&found).contains("#c0392b"));
+        assert!(!stability_picture(&found).svg.contains("#c0392b"));
         found.groups.push(left_out(Verdict::None, &[], 20.0));
         let sentence = stability_sentence(&found);
         assert!(sentence.contains("9 of 10") && sentence.contains("it is none."), "{sentence}");
-        let picture = stability_picture(&found);
-        assert!(picture.contains("#c0392b") && picture.contains("a&lt;b") && picture.matches("<rect").count() == 10);
+        let picture = stability_picture(&found).svg;
+        assert!(picture.contains("#c0392b") && picture.contains("a&lt;b") && picture.matches("<title>").count() == 10);
     }
 }

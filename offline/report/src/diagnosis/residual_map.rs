@@ -1,15 +1,13 @@
 //! The map of residuals over the columns.
 
-use plotters_backend::BackendColor;
-
 use super::words::axis;
-use crate::canvas::{Canvas, Drawn, Figure, HPos, Marker, Text};
-use crate::colour::{GREY, INK, WHITE, mix, rgb};
+use crate::canvas::{Canvas, Figure, HPos, Marker, Text};
+use crate::colour::{Colour, GREY, INK, WHITE, mix, rgb};
 use crate::numbers::fixed;
 use fingerpad_diagnose::Region;
 
-const MORE: BackendColor = rgb(0xb2182b);
-const LESS: BackendColor = rgb(0x2166ac);
+const MORE: Colour = rgb(0xb2182b);
+const LESS: Colour = rgb(0x2166ac);
 
 /// Relative residual at full colour: the map's largest, at least 5 %.
 pub fn scale(map: &[Region]) -> f64 {
@@ -51,9 +49,8 @@ impl Figure for ResidualMap<'_> {
         if self.narrow { (380, (44.0 + 3.0 * (AROUND + rows)) as u32) } else { (1080, (44.0 + AROUND + rows) as u32) }
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
+        let height = self.size().1;
         let small = Text { em: 10.5, colour: GREY, ..Text::BODY };
         let channels = [
             ("normal", "normal force, %", 190.0),
@@ -63,14 +60,14 @@ impl Figure for ResidualMap<'_> {
         for (k, (channel, title, left)) in channels.into_iter().enumerate() {
             let below = (AROUND + ROW * self.columns().len().max(1) as f64) * k as f64;
             let (left, top) = if self.narrow { (NARROW_LEFT, below) } else { (left, 0.0) };
-            canvas.text(title, (left, top + 18.0), Text { bold: true, em: 12.5, ..Text::BODY })?;
+            canvas.text(title, (left, top + 18.0), Text { bold: true, em: 12.5, ..Text::BODY });
             for (row, column) in self.columns().into_iter().enumerate() {
                 let y = top + 36.0 + ROW * row as f64;
                 if self.narrow || k == 0 {
                     let unit = self.map.iter().find(|r| r.column == column).map_or("", |r| r.unit.as_str());
                     let name = axis(column, unit);
                     let style = Text { h: HPos::Right, ..Text::BODY }.within(&name, left - 14.0);
-                    canvas.text(&name, (left - 12.0, y + 11.0), style)?;
+                    canvas.text(&name, (left - 12.0, y + 11.0), style);
                 }
                 let bins: Vec<&Region> =
                     self.map.iter().filter(|r| r.column == column && r.channel == channel).collect();
@@ -78,7 +75,7 @@ impl Figure for ResidualMap<'_> {
                     let x = left + CELL * k as f64;
                     let s = (bin.mean_relative.abs() / self.scale).min(1.0);
                     let full = if bin.mean_relative > 0.0 { MORE } else { LESS };
-                    canvas.rect(x, y, CELL - 2.0, 20.0, mix(rgb(0xf7f7f7), full, s))?;
+                    canvas.rect(x, y, CELL - 2.0, 20.0, mix(rgb(0xf7f7f7), full, s));
                     let ink = if s > 0.55 { WHITE } else { INK };
                     let size = fixed(100.0 * bin.mean_relative.abs(), 1);
                     let sign = match bin.mean_relative {
@@ -91,29 +88,29 @@ impl Figure for ResidualMap<'_> {
                         &text,
                         (x + 0.5 * CELL - 4.0, y + 10.0),
                         Text { em: 10.5, h: HPos::Center, colour: ink, ..Text::BODY },
-                    )?;
+                    );
                     if bin.z.abs() > 3.5 {
-                        canvas.marker(Marker::Circle, (x + CELL - 7.0, y + 5.0), 1.8, ink, true)?;
+                        canvas.marker(Marker::Circle, (x + CELL - 7.0, y + 5.0), 1.8, ink, true);
                     }
-                    canvas.text(&short(bin.from), (x, y + 26.0), Text { em: 9.0, ..small })?;
+                    canvas.text(&short(bin.from), (x, y + 26.0), Text { em: 9.0, ..small });
                 }
                 if let Some(last) = bins.last() {
                     let x = left + CELL * bins.len() as f64 - 4.0;
-                    canvas.text(&short(last.to), (x, y + 26.0), Text { em: 9.0, h: HPos::Right, ..small })?;
+                    canvas.text(&short(last.to), (x, y + 26.0), Text { em: 9.0, h: HPos::Right, ..small });
                 }
             }
         }
         let y = f64::from(height) - 22.0;
         let (less, bar, step) =
             if self.narrow { ("less measured", 92.0, 3.0) } else { ("less measured than predicted", 384.0, 5.0) };
-        canvas.text(less, (bar - 12.0, y), Text { h: HPos::Right, ..small })?;
+        canvas.text(less, (bar - 12.0, y), Text { h: HPos::Right, ..small });
         for k in 0..40 {
             let s = f64::from(k) / 19.5 - 1.0;
             let full = if s > 0.0 { MORE } else { LESS };
-            canvas.rect(bar + step * f64::from(k), y - 6.0, step + 0.2, 12.0, mix(rgb(0xf7f7f7), full, s.abs()))?;
+            canvas.rect(bar + step * f64::from(k), y - 6.0, step + 0.2, 12.0, mix(rgb(0xf7f7f7), full, s.abs()));
         }
         let more = format!("more (full colour: {} %)", fixed(100.0 * self.scale, 0));
-        canvas.text(&more, (bar + 40.0 * step + 12.0, y), small)
+        canvas.text(&more, (bar + 40.0 * step + 12.0, y), small);
     }
 }
 

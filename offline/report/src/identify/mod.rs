@@ -5,49 +5,23 @@
 
 mod law_figures;
 mod page;
-pub(crate) mod plot;
 mod table_figures;
 
-use super::canvas::{self, Figure};
-use super::html::Picture;
-use super::{Rendered, ReportError};
+use super::{Picture, Rendered, ReportError};
 use fingerpad_identify::{Outcome, population::Population};
-
-/// Pictures so far.
-#[derive(Default)]
-struct Gallery {
-    pictures: Vec<Picture>,
-    files: Vec<(String, Vec<u8>)>,
-}
-
-impl Gallery {
-    fn add<F: Figure>(&mut self, name: &str, title: &str, caption: &str, figure: &F) -> Result<(), ReportError> {
-        let png = canvas::png(figure)?;
-        self.files.push((format!("{name}.png"), png.clone()));
-        self.pictures.push(Picture {
-            name: name.to_owned(),
-            title: title.to_owned(),
-            caption: caption.to_owned(),
-            png,
-            svg: Some(canvas::svg(figure)?),
-        });
-        Ok(())
-    }
-}
 
 /// Makes page, numbers and figures of one identification.
 ///
 /// # Errors
-/// [`ReportError`] if a figure cannot be drawn.
+/// [`ReportError::Json`].
 pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
-    let mut gallery = Gallery::default();
-    gallery.add(
+    let mut figures = vec![Picture::new(
         "table_fit",
         "The table against the model, before and after",
         "The model's values belong to the steady slide. Where the finger was calibrated, its depth offset is added to \
          the table's depth before the model is run.",
         &table_figures::TableFit { outcome },
-    )?;
+    )];
     if let Some(law) = &outcome.law {
         if law.map.is_some() {
             let caption = format!(
@@ -55,66 +29,66 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
                  derived from them.",
                 100.0 * law.confidence
             );
-            gallery.add("region", "Strength and exponent by the table", &caption, &law_figures::Region { law })?;
+            let title = "Strength and exponent by the table";
+            figures.push(Picture::new("region", title, caption, &law_figures::Region { law }));
         }
         if let (Some(surface), false) = (&outcome.surface, outcome.simplex.is_empty()) {
-            gallery.add(
+            let (runs, refined) = (&outcome.simplex[..], outcome.refined.as_ref());
+            figures.push(Picture::new(
                 "simplex",
                 "The downhill simplex on its error surface",
                 "Best vertex after every iteration; every vertex was run by finite elements. Open: start, filled: stop. The \
                  dashed line goes on from the best end in ln strength and beta with finer tolerances. \
                  The surface is a surrogate's that agrees with finite elements at the cross; far from it, it only shows \
                  the valley.",
-                &law_figures::SimplexPaths {
-                    surface,
-                    runs: &outcome.simplex,
-                    refined: outcome.refined.as_ref(),
-                    law,
-                },
-            )?;
+                &law_figures::SimplexPaths { surface, runs, refined, law },
+            ));
         }
     }
     if !outcome.left_out.is_empty() {
-        gallery.add(
+        figures.push(Picture::new(
             "left_out",
             "One depth left out and predicted",
             "Law and power laws are fitted to the other depths; the finger stays calibrated on all normal forces and areas.",
             &table_figures::LeftOutErrors { outcome },
-        )?;
+        ));
     }
     if outcome.curve.is_some() {
-        gallery.add(
+        figures.push(Picture::new(
             "curve",
             "Friction coefficient against normal force",
             "Squares are finite elements in steady slide. Dots continue the curve by its last power; nothing was computed there.",
             &table_figures::CurveFigure { outcome },
-        )?;
+        ));
     }
     if let Some(last) = outcome.sensitivities.last() {
         let caption = format!(
             "Steady slide at depth {} mm, one input changed at a time by about its uncertainty for a subject.",
             last.depth_mm
         );
-        gallery.add("tornado", "Sensitivity of the result", &caption, &table_figures::Tornado { outcome })?;
+        let figure = table_figures::Tornado { outcome };
+        figures.push(Picture::new("tornado", "Sensitivity of the result", caption, &figure));
     }
     let json = serde_json::to_string_pretty(outcome)? + "\n";
-    Ok(Rendered { html: page::page(outcome, &gallery.pictures), json, figures: gallery.files })
+    Ok(Rendered { html: page::page(outcome, &figures), json, figures })
 }
 
 /// Makes page, numbers and figures of a population.
 ///
 /// # Errors
-/// [`ReportError`] if a figure cannot be drawn.
+/// [`ReportError::Json`].
 pub fn render_population(population: &Population) -> Result<Rendered, ReportError> {
-    let mut gallery = Gallery::default();
-    if population.subjects.iter().any(|s| s.law_searched) {
-        gallery.add(
-            "population",
-            "Strength and exponent of the subjects",
-            "Bars are the standard errors of each fit; a fit without them has none.",
-            &table_figures::Subjects { population },
-        )?;
-    }
+    let figures: Vec<_> = (population.subjects.iter().any(|s| s.law_searched))
+        .then(|| {
+            Picture::new(
+                "population",
+                "Strength and exponent of the subjects",
+                "Bars are the standard errors of each fit; a fit without them has none.",
+                &table_figures::Subjects { population },
+            )
+        })
+        .into_iter()
+        .collect();
     let json = serde_json::to_string_pretty(population)? + "\n";
-    Ok(Rendered { html: page::population(population, &gallery.pictures), json, figures: gallery.files })
+    Ok(Rendered { html: page::population(population, &figures), json, figures })
 }

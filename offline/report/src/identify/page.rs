@@ -2,7 +2,8 @@
 
 use maud::{Markup, Render, html};
 
-use super::super::html::{Picture, captioned_table, cell, document, figures, heads, prose};
+use super::super::Picture;
+use super::super::html::{captioned_table, cell, document, figures, heads, prose};
 use super::super::numbers::{fixed, significant};
 use super::table_figures::percent;
 use fingerpad_identify::{

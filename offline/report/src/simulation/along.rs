@@ -1,13 +1,12 @@
 //! The response over time: panels one above the other, regimes as shades behind them.
 
 use fingerpad::Regime;
-use plotters_backend::BackendColor;
 
 use super::Marks;
 use super::series::{ALONG, Panel as PanelOf, Series};
 use crate::axes::{Axis, Panel, legend_text};
-use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Text};
-use crate::colour::{GREY, INK, SERIES, SLIPPING, STUCK, WHITE, mix, rgb};
+use crate::canvas::{Canvas, Figure, HPos, Line, Text};
+use crate::colour::{Colour, GREY, INK, SERIES, SLIPPING, STUCK, WHITE, mix, rgb};
 use crate::font;
 use fingerpad_fe::load_path::Response;
 
@@ -36,7 +35,7 @@ pub struct Along<'a> {
 }
 
 /// Shade of a regime.
-fn shade(regime: Regime) -> BackendColor {
+fn shade(regime: Regime) -> Colour {
     match regime {
         Regime::NoContact => rgb(0xe9ebee),
         Regime::Stick => mix(WHITE, STUCK, 0.18),
@@ -90,15 +89,14 @@ impl Along<'_> {
         Panel { left: LEFT, top, width: self.width - LEFT - RIGHT, height: HEIGHT, x: x.clone(), y }
     }
 
-    fn regimes(&self, canvas: &mut Canvas<'_>, panel: &Panel) -> Drawn {
+    fn regimes(&self, canvas: &mut Canvas, panel: &Panel) {
         for (regime, [start, end]) in regimes(self.responses) {
             let [left, right] = [start, end].map(|t_s| panel.at(t_s, panel.y.max()).0);
-            canvas.rect(left, panel.top, right - left, panel.height, shade(regime))?;
+            canvas.rect(left, panel.top, right - left, panel.height, shade(regime));
         }
-        Ok(())
     }
 
-    fn regime_legend(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn regime_legend(&self, canvas: &mut Canvas) {
         let entries = [
             (Regime::NoContact, "no contact"),
             (Regime::Stick, "stick"),
@@ -108,14 +106,13 @@ impl Along<'_> {
         let per_row = entries.len() / self.legend_rows() as usize;
         for (i, (regime, name)) in entries.into_iter().enumerate() {
             let at = (LEFT + 130.0 * (i % per_row) as f64, 14.0 + 22.0 * (i / per_row) as f64);
-            canvas.rect(at.0, at.1 - 7.0, 24.0, 14.0, shade(regime))?;
-            legend_text(canvas, (at.0 + 32.0, at.1), name)?;
+            canvas.rect(at.0, at.1 - 7.0, 24.0, 14.0, shade(regime));
+            legend_text(canvas, (at.0 + 32.0, at.1), name);
         }
-        Ok(())
     }
 
     /// Letters above the first panel.
-    fn letters(&self, canvas: &mut Canvas<'_>, first: &Panel) -> Drawn {
+    fn letters(&self, canvas: &mut Canvas, first: &Panel) {
         let [upper, lower] = [12.0, 27.0].map(|y| 12.0 + 22.0 * self.legend_rows() + y - 4.0);
         let mut last = (f64::NEG_INFINITY, lower);
         for (letter, response) in &self.marks.0 {
@@ -123,25 +120,23 @@ impl Along<'_> {
             // A letter that would overlap the one before is drawn above it.
             let y = if at - last.0 < 13.0 && last.1 == lower { upper } else { lower };
             let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
-            canvas.text(&letter.to_string(), (at, y), style)?;
+            canvas.text(&letter.to_string(), (at, y), style);
             last = (at, y);
         }
-        Ok(())
     }
 
     /// A line through a panel at every mark.
-    fn marks(&self, canvas: &mut Canvas<'_>, panel: &Panel) -> Drawn {
+    fn marks(&self, canvas: &mut Canvas, panel: &Panel) {
         let dash = Line { colour: GREY, width: 0.8, dash: Some((3.0, 3.0)) };
         for (_, response) in &self.marks.0 {
             let at = |y| panel.at(response.t_s, y);
-            canvas.line(&[at(panel.y.max()), at(panel.y.min())], dash)?;
+            canvas.line(&[at(panel.y.max()), at(panel.y.min())], dash);
         }
-        Ok(())
     }
 
-    fn curves(&self, canvas: &mut Canvas<'_>, panel: &Panel, label: &str, series: &[Series]) -> Drawn {
+    fn curves(&self, canvas: &mut Canvas, panel: &Panel, label: &str, series: &[Series]) {
         let name_at = (LEFT - 34.0, panel.top - 27.0);
-        canvas.text(label, name_at, Text { bold: true, em: 12.5, ..Text::BODY })?;
+        canvas.text(label, name_at, Text { bold: true, em: 12.5, ..Text::BODY });
         let mut at = match self.width < WIDE {
             true => (LEFT, panel.top - 10.0),
             false => (name_at.0 + font::width(label, 12.5, true) + 28.0, name_at.1),
@@ -149,14 +144,13 @@ impl Along<'_> {
         for (k, one) in series.iter().enumerate() {
             let line = Line { colour: SERIES[k % SERIES.len()], width: 2.0, dash: DASHES[k % DASHES.len()] };
             let points = panel.path(self.responses.iter().map(|r| (r.t_s, Some((one.of)(r)))));
-            canvas.line(&points, line)?;
+            canvas.line(&points, line);
             if series.len() > 1 {
-                canvas.line(&[at, (at.0 + 24.0, at.1)], line)?;
-                canvas.text(one.name, (at.0 + 30.0, at.1), Text { colour: INK, ..Text::BODY })?;
+                canvas.line(&[at, (at.0 + 24.0, at.1)], line);
+                canvas.text(one.name, (at.0 + 30.0, at.1), Text { colour: INK, ..Text::BODY });
                 at.0 += 48.0 + font::width(one.name, Text::BODY.em, false);
             }
         }
-        Ok(())
     }
 }
 
@@ -166,13 +160,13 @@ impl Figure for Along<'_> {
         (self.width as u32, (self.top() + panels * (ABOVE + HEIGHT + BELOW) + 22.0) as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let panels = self.panels();
         let times = || self.responses.iter().map(|r| r.t_s);
         let start = times().next().unwrap_or(0.0);
         let count = if self.width < WIDE { 7 } else { 14 };
         let mut x = Axis::covering("", [start, start], times(), count);
-        self.regime_legend(canvas)?;
+        self.regime_legend(canvas);
         for (k, (of, series)) in panels.iter().enumerate() {
             let values = series.iter().flat_map(|s| self.responses.iter().map(s.of));
             let y = Axis::covering("", of.least_or(values.clone()), values, 4);
@@ -180,15 +174,14 @@ impl Figure for Along<'_> {
                 x.label = "Time of the path, s".to_owned();
             }
             let panel = self.place(k, &x, y);
-            self.regimes(canvas, &panel)?;
-            panel.draw(canvas)?;
-            self.marks(canvas, &panel)?;
-            self.curves(canvas, &panel, of.label, series)?;
+            self.regimes(canvas, &panel);
+            panel.draw(canvas);
+            self.marks(canvas, &panel);
+            self.curves(canvas, &panel, of.label, series);
             if k == 0 {
-                self.letters(canvas, &panel)?;
+                self.letters(canvas, &panel);
             }
         }
-        Ok(())
     }
 }
 

@@ -4,7 +4,7 @@ use super::Marks;
 use super::along::WIDE;
 use super::series::{LOOPS, Loop};
 use crate::axes::{Axis, Panel};
-use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
+use crate::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
 use crate::colour::{GREY, INK, MODEL};
 use crate::font;
 use fingerpad_fe::load_path::Response;
@@ -85,40 +85,33 @@ impl Figure for Loops<'_> {
         (self.width as u32, ((TOP + HEIGHT + BELOW) * rows as f64) as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         for (k, of) in self.present().into_iter().enumerate() {
             let panel = self.place(k, of);
-            panel.draw(canvas)?;
+            panel.draw(canvas);
             if panel.y.min() < 0.0 && panel.y.max() > 0.0 {
                 let zero = [panel.at(panel.x.min(), 0.0), panel.at(panel.x.max(), 0.0)];
-                canvas.line(&zero, Line::solid(GREY, 1.0))?;
+                canvas.line(&zero, Line::solid(GREY, 1.0));
             }
             let at = |r: &Response| panel.at((of.motion)(r), (of.answer)(r));
             let line: Vec<_> = self.responses.iter().map(at).collect();
-            canvas.line(&line, Line::solid(MODEL, 1.8))?;
+            canvas.line(&line, Line::solid(MODEL, 1.8));
             for (tip, direction) in arrows(&line) {
-                canvas.arrow_head(tip, direction, 9.0, MODEL)?;
+                canvas.arrow_head(tip, direction, 9.0, MODEL);
             }
-            self.letters(canvas, &panel, &line, &at)?;
+            self.letters(canvas, &panel, &line, &at);
         }
-        Ok(())
     }
 }
 
 impl Loops<'_> {
     /// Marks with their letters, those of one place together, where the curve has most room.
-    fn letters(
-        &self,
-        canvas: &mut Canvas<'_>,
-        panel: &Panel,
-        line: &[(f64, f64)],
-        at: &dyn Fn(&Response) -> (f64, f64),
-    ) -> Drawn {
+    fn letters(&self, canvas: &mut Canvas, panel: &Panel, line: &[(f64, f64)], at: &dyn Fn(&Response) -> (f64, f64)) {
         let style = Text { bold: true, h: HPos::Center, ..Text::BODY };
         let mut labels: Vec<((f64, f64), String)> = Vec::new();
         for (letter, response) in &self.marks.0 {
             let point = at(response);
-            canvas.marker(Marker::Circle, point, 3.0, INK, true)?;
+            canvas.marker(Marker::Circle, point, 3.0, INK, true);
             match labels.iter_mut().find(|label| distance(label.0, point) < 14.0) {
                 Some((_, letters)) => letters.push(*letter),
                 None => labels.push((point, letter.to_string())),
@@ -139,9 +132,8 @@ impl Loops<'_> {
                 if inside && above_axis { others.fold(to_line, f64::min) } else { f64::NEG_INFINITY }
             };
             let place = places.into_iter().max_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(*point);
-            canvas.text(letters, place, style)?;
+            canvas.text(letters, place, style);
         }
-        Ok(())
     }
 }
 

@@ -1,14 +1,11 @@
 //! The contact at chosen rows: pressure, stick and slip, accumulated slip, traction on the faces of the pad.
 
-use plotters_backend::BackendColor;
-
 use super::{MapNumbers, SimulationReport};
-use crate::ReportError;
+use crate::Picture;
 use crate::axes::Axis;
-use crate::canvas::{self, Canvas, Drawn, Figure, HPos, Line, Text, VPos};
-use crate::colour::{GREY, INK, MODEL, SLIPPING, STUCK, mix, rgb, viridis};
-use crate::html::Picture;
-use crate::numbers::{fixed, range};
+use crate::canvas::{Canvas, Figure, HPos, Line, Text, VPos};
+use crate::colour::{Colour, GREY, INK, MODEL, SLIPPING, STUCK, mix, rgb, viridis};
+use crate::numbers::range;
 use crate::pad_view::{self, Face, PadView, UNTOUCHED, faces, touches};
 use fingerpad_fe::load_path::{FaceState, Trajectory};
 use fingerpad_fe::mesh::Mesh;
@@ -17,7 +14,7 @@ use fingerpad_fe::mesh::Mesh;
 pub struct MapSet {
     /// Its numbers.
     pub numbers: MapNumbers,
-    /// Its pictures, PNG.
+    /// Its pictures.
     pub pictures: Vec<Picture>,
 }
 
@@ -62,9 +59,9 @@ const MAPS: [(&str, &str, Shown); 4] = [
 ];
 
 /// Draws the maps of all snapshots on common scales; none if there is never contact.
-pub fn draw(trajectory: &Trajectory, mesh: &Mesh, numbers: &[MapNumbers]) -> Result<Vec<MapSet>, ReportError> {
+pub fn draw(trajectory: &Trajectory, mesh: &Mesh, numbers: &[MapNumbers]) -> Vec<MapSet> {
     let all: Vec<Vec<Face>> = trajectory.snapshots.iter().map(|s| faces(s, mesh)).collect();
-    let Some(window_mm) = pad_view::window(all.iter().flatten()) else { return Ok(Vec::new()) };
+    let Some(window_mm) = pad_view::window(all.iter().flatten()) else { return Vec::new() };
     let view = PadView::within(window_mm, WIDTH - LEFT - RIGHT, MOST_HEIGHT);
     let scales = MAPS.map(|(_, _, shown)| {
         let touching = all.iter().flatten().filter(|f| touches(&f.1));
@@ -75,17 +72,12 @@ pub fn draw(trajectory: &Trajectory, mesh: &Mesh, numbers: &[MapNumbers]) -> Res
         let mut pictures = Vec::new();
         for ((name, title, shown), scale) in MAPS.into_iter().zip(&scales) {
             let figure = ContactMap { view, faces, title, shown, scale };
-            pictures.push(Picture {
-                name: format!("contact_{}_{name}", numbers.letter),
-                title: format!("{title}, {}", numbers.letter),
-                caption: String::new(),
-                png: canvas::png(&figure)?,
-                svg: None,
-            });
+            let (file, title) = (format!("contact_{}_{name}", numbers.letter), format!("{title}, {}", numbers.letter));
+            pictures.push(Picture::new(&file, title, "", &figure));
         }
         sets.push(MapSet { numbers: numbers.clone(), pictures });
     }
-    Ok(sets)
+    sets
 }
 
 impl Shown {
@@ -98,7 +90,7 @@ impl Shown {
     }
 
     /// Colour of a value from 0 to 1.
-    fn colour(&self, share: f64) -> BackendColor {
+    fn colour(&self, share: f64) -> Colour {
         match self {
             Self::Scalar(_) => viridis(share),
             // Pale, so that arrows are visible on it.
@@ -134,7 +126,7 @@ impl ContactMap<'_> {
     }
 
     /// Arrows of the faces that lie nearest to the points of a square grid.
-    fn arrows(&self, canvas: &mut Canvas<'_>, of: fn(&FaceState) -> [f64; 2]) -> Drawn {
+    fn arrows(&self, canvas: &mut Canvas, of: fn(&FaceState) -> [f64; 2]) {
         let mut nearest: std::collections::BTreeMap<(i64, i64), (f64, (f64, f64), [f64; 2])> = Default::default();
         for (outline, state) in self.faces.iter().filter(|f| touches(&f.1)) {
             let corners = outline.len() as f64;
@@ -157,41 +149,36 @@ impl ContactMap<'_> {
                 let (tail, tip) = ((x - 0.5 * dx, y - 0.5 * dy), (x + 0.5 * dx, y + 0.5 * dy));
                 let head = (0.45 * long).clamp(3.0, 7.0).min(long);
                 let neck = (tip.0 - dx / long * 0.8 * head, tip.1 - dy / long * 0.8 * head);
-                canvas.line(&[tail, neck], Line::solid(INK, 1.1))?;
-                canvas.arrow_head(tip, (dx, dy), head, INK)?;
+                canvas.line(&[tail, neck], Line::solid(INK, 1.1));
+                canvas.arrow_head(tip, (dx, dy), head, INK);
             }
         }
-        Ok(())
     }
 
-    fn colour_bar(&self, canvas: &mut Canvas<'_>, top: f64) -> Drawn {
+    fn colour_bar(&self, canvas: &mut Canvas, top: f64) {
         let (left, width) = (LEFT + 10.0, WIDTH - LEFT - RIGHT - 30.0);
         let strips = 60;
         let step = width / f64::from(strips);
         for i in 0..strips {
             let share = (f64::from(i) + 0.5) / f64::from(strips);
-            canvas.rect(left + f64::from(i) * step, top, step + 0.5, 11.0, self.shown.colour(share))?;
+            canvas.rect(left + f64::from(i) * step, top, step + 0.5, 11.0, self.shown.colour(share));
         }
         let small = Text { em: 11.0, colour: GREY, h: HPos::Center, v: VPos::Top, ..Text::BODY };
-        for tick in &self.scale.ticks {
+        for (tick, number) in &self.scale.ticks {
             let x = left + width * tick / self.scale.max();
-            canvas.line(&[(x, top + 11.0), (x, top + 15.0)], Line::solid(GREY, 1.0))?;
-            canvas.text(&fixed(*tick, self.scale.decimals), (x, top + 16.0), small)?;
+            canvas.line(&[(x, top + 11.0), (x, top + 15.0)], Line::solid(GREY, 1.0));
+            canvas.text(number, (x, top + 16.0), small);
         }
-        Ok(())
     }
 
-    fn stick_legend(&self, canvas: &mut Canvas<'_>, top: f64) -> Drawn {
+    fn stick_legend(&self, canvas: &mut Canvas, top: f64) {
         let partly = mix(SLIPPING, STUCK, 0.5);
         let entries = [(STUCK, "stuck"), (partly, "partly"), (SLIPPING, "slipping"), (UNTOUCHED, "none")];
         for (i, (colour, name)) in entries.into_iter().enumerate() {
             let left = LEFT - 16.0 + [0.0, 64.0, 130.0, 208.0][i];
-            canvas.rect(left, top, 14.0, 12.0, colour)?;
-            let corners = [(left, top), (left + 14.0, top), (left + 14.0, top + 12.0), (left, top + 12.0)];
-            canvas.outline(&corners, Line::solid(GREY, 0.5))?;
-            canvas.text(name, (left + 19.0, top + 6.0), Text::BODY)?;
+            canvas.framed_rect(left, top, 14.0, 12.0, colour, Line::solid(GREY, 0.5));
+            canvas.text(name, (left + 19.0, top + 6.0), Text::BODY);
         }
-        Ok(())
     }
 }
 
@@ -200,22 +187,22 @@ impl Figure for ContactMap<'_> {
         (WIDTH as u32, (TOP + self.view.size().1 + BELOW).ceil() as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
+    fn draw(&self, canvas: &mut Canvas) {
         let corner = self.corner();
         let (width, height) = self.view.size();
-        canvas.text(self.title, (LEFT - 16.0, 13.0), Text { bold: true, em: 12.5, ..Text::BODY })?;
+        canvas.text(self.title, (LEFT - 16.0, 13.0), Text { bold: true, em: 12.5, ..Text::BODY });
         // A face that touches in part is as pale as the part is small.
         let fill = |f: &FaceState| {
             mix(UNTOUCHED, self.shown.colour(self.shown.size(f) / self.scale.max()), f.contact_fraction)
         };
-        self.view.draw(canvas, corner, self.faces, fill)?;
-        self.view.ticks(canvas, corner, true, true)?;
+        self.view.draw(canvas, corner, self.faces, fill);
+        self.view.ticks(canvas, corner, true, true);
         if let Shown::Vector(of) = self.shown {
-            self.arrows(canvas, of)?;
+            self.arrows(canvas, of);
         }
         let bottom = corner.1 + height;
         let name = Text { em: 11.0, colour: GREY, h: HPos::Center, v: VPos::Top, ..Text::BODY };
-        canvas.text("x to the right, y upwards, mm", (corner.0 + width / 2.0, bottom + 21.0), name)?;
+        canvas.text("x to the right, y upwards, mm", (corner.0 + width / 2.0, bottom + 21.0), name);
         match self.shown {
             Shown::Stick => self.stick_legend(canvas, bottom + 46.0),
             _ => self.colour_bar(canvas, bottom + 44.0),

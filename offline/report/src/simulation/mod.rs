@@ -15,9 +15,7 @@ mod words;
 
 use serde::Serialize;
 
-use super::canvas;
-use super::html::{Picture, wide_and_narrow};
-use super::{Check, Provenance, Rendered, ReportError};
+use super::{Check, Picture, Provenance, Rendered, ReportError};
 use fingerpad_fe::load_path::{Cost, Response, Trajectory, Work};
 use fingerpad_fe::mesh::Mesh;
 pub use rows::default_map_rows;
@@ -90,7 +88,7 @@ impl Marks {
 /// * `mesh`: the mesh of all snapshots
 ///
 /// # Errors
-/// [`ReportError::OtherMesh`] if a snapshot does not fit the mesh; [`ReportError::Draw`] if a figure cannot be drawn.
+/// [`ReportError::OtherMesh`] if a snapshot does not fit the mesh.
 pub fn render(report: &SimulationReport, mesh: &Mesh) -> Result<Rendered, ReportError> {
     let trajectory = &report.trajectory;
     for snapshot in &trajectory.snapshots {
@@ -100,37 +98,19 @@ pub fn render(report: &SimulationReport, mesh: &Mesh) -> Result<Rendered, Report
     let marks = Marks::of(&maps);
     let warnings = words::warnings(report);
 
-    let mut files = Vec::new();
-    let mut pictures = Vec::new();
-    let along = |width| along::Along { responses: &trajectory.responses, marks: &marks, width };
-    let loops = |width| loops::Loops { responses: &trajectory.responses, marks: &marks, width };
-    let [wide, narrow] = [along::WIDE, along::NARROW];
-    let mut add = |name: &str, title: &str, caption: String, png: Vec<u8>, [wide, narrow]: [String; 2]| {
-        files.push((format!("{name}.png"), png.clone()));
-        let svg = Some(wide_and_narrow(wide, narrow));
-        pictures.push(Picture { name: name.into(), title: title.into(), caption, png, svg });
-    };
-    add(
-        "along",
-        "The response along the path",
-        words::along_caption(&marks),
-        canvas::png(&along(wide))?,
-        [canvas::svg(&along(wide))?, canvas::svg(&along(narrow))?],
-    );
-    if loops(wide).any() {
-        add(
-            "loops",
-            "Forces against the motion that makes them",
-            words::loops_caption(),
-            canvas::png(&loops(wide))?,
-            [canvas::svg(&loops(wide))?, canvas::svg(&loops(narrow))?],
-        );
+    let (responses, marks) = (&trajectory.responses[..], &marks);
+    let width = |narrow| if narrow { along::NARROW } else { along::WIDE };
+    let along = |narrow| along::Along { responses, marks, width: width(narrow) };
+    let loops = |narrow| loops::Loops { responses, marks, width: width(narrow) };
+    let title = "The response along the path";
+    let mut figures = vec![Picture::wide_and_narrow("along", title, words::along_caption(marks), along)];
+    if loops(false).any() {
+        let title = "Forces against the motion that makes them";
+        figures.push(Picture::wide_and_narrow("loops", title, words::loops_caption(), loops));
     }
-    let sets = maps::draw(trajectory, mesh, &maps)?;
-    for set in &sets {
-        files.extend(set.pictures.iter().map(|p| (format!("{}.png", p.name), p.png.clone())));
-    }
-    let html = page::page(report, &warnings, &pictures, &sets);
+    let sets = maps::draw(trajectory, mesh, &maps);
+    let html = page::page(report, &warnings, &figures, &sets);
+    figures.extend(sets.into_iter().flat_map(|set| set.pictures));
     let numbers = Numbers {
         path: &report.path_name,
         provenance: &report.provenance,
@@ -144,5 +124,5 @@ pub fn render(report: &SimulationReport, mesh: &Mesh) -> Result<Rendered, Report
         warnings,
     };
     let json = serde_json::to_string_pretty(&numbers)? + "\n";
-    Ok(Rendered { html, json, figures: files })
+    Ok(Rendered { html, json, figures })
 }

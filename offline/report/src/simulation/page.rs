@@ -4,7 +4,8 @@ use maud::{Markup, html};
 
 use super::maps::MapSet;
 use super::{SimulationReport, words};
-use crate::html::{Picture, cell, checks_table, document, figures, image, prose, quantity, table};
+use crate::Picture;
+use crate::html::{cell, checks_table, document, figures, image, prose, quantity, table};
 use crate::numbers::{fixed, significant};
 use fingerpad_fe::load_path::Response;
 
@@ -47,7 +48,7 @@ pub fn page(report: &SimulationReport, warnings: &[String], pictures: &[Picture]
             footer {
                 p {
                     "Every number of this page stands in " code { "report.json" }
-                    ", every figure beside it as a PNG file."
+                    ", every figure beside it as an SVG file."
                 }
             }
         }
@@ -84,7 +85,7 @@ fn contact(set: &MapSet) -> Markup {
     );
     html! {
         figure.of-maps #{ "contact_" (n.letter) } {
-            div.maps { @for picture in &set.pictures { (image(&picture.title, &picture.png)) } }
+            div.maps { @for picture in &set.pictures { (image(picture)) } }
             figcaption { b { (n.letter) "." } " " (prose(&caption)) }
         }
     }

@@ -31,10 +31,8 @@ fn the_page_holds_figures_maps_rows_link_and_settings() {
     let rendered = render(&run(&mesh), &mesh).unwrap();
     let html = words_of(&rendered.html);
     assert_eq!(rendered.figures.len(), 2 + 5 * 4);
-    for (name, png) in &rendered.figures {
-        assert!(png.starts_with(b"\x89PNG\r\n"), "{name}");
-    }
-    assert_eq!((html.matches("<svg ").count(), html.matches("<img ").count()), (4, 20));
+    // The two figures of the path have a wide and a narrow form.
+    assert_eq!((html.matches("<svg ").count(), html.matches("<img ").count()), (4 + 20, 0));
     for part in [
         "A finger along turn &amp; lift.csv",
         "href=\"../my%20runs/response.csv\"",

@@ -1,8 +1,8 @@
 //! The figures of a diagnosis of a table.
 
-use crate::canvas::{Canvas, Drawn, Figure, HPos, Line, Marker, Text};
+use crate::axes::{Axis, Panel};
+use crate::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
 use crate::colour::{ESTIMATE, FAINT, GREY, INK, MODEL, PAIR, WHITE};
-use crate::identify::plot::{Plot, Scale};
 use crate::numbers::fixed;
 use fingerpad_identify::table_diagnosis::{CandidateReport, CellGap, QUANTITIES, TableSection};
 
@@ -30,9 +30,7 @@ impl Figure for Cells<'_> {
         (60 + (CHART * self.measured().len() as f64) as u32, 400)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
         let series: [(Marker, _, fn(&CellGap) -> f64, &str); 3] = [
             (Marker::Triangle, PAIR, |c| c.as_given, "published, finger as given"),
             (Marker::Diamond, ESTIMATE, |c| c.calibrated, "published, calibrated"),
@@ -41,8 +39,8 @@ impl Figure for Cells<'_> {
         let mut x = 60.0;
         let names = [(Marker::Circle, INK, "measured")].into_iter().chain(series.map(|(m, c, _, n)| (m, c, n)));
         for (marker, colour, name) in names {
-            canvas.marker(marker, (x, 20.0), 5.0, colour, true)?;
-            canvas.text(name, (x + 10.0, 20.0), Text::BODY)?;
+            canvas.marker(marker, (x, 20.0), 5.0, colour, true);
+            canvas.text(name, (x + 10.0, 20.0), Text::BODY);
             x += 34.0 + 6.6 * name.len() as f64;
         }
         for (i, (quantity, cells)) in self.measured().into_iter().enumerate() {
@@ -50,25 +48,24 @@ impl Figure for Cells<'_> {
             let models = cells.iter().flat_map(|c| series.iter().map(|s| (s.2)(c)));
             let measured = cells.iter().flat_map(|c| [bar(c, -1.0), bar(c, 1.0)]);
             let depths = cells.iter().map(|c| c.depth_mm);
-            let plot = Plot {
+            let plot = Panel {
                 left: 60.0 + CHART * i as f64,
                 top: 74.0,
                 width: 310.0,
                 height: 262.0,
-                x: Scale::linear("depth as measured, mm", [f64::INFINITY, f64::NEG_INFINITY], depths, 5),
-                y: Scale::linear(LABELS[quantity], [0.0, 0.0], models.chain(measured), 6),
+                x: Axis::covering("depth as measured, mm", [f64::INFINITY, f64::NEG_INFINITY], depths, 5),
+                y: Axis::covering(LABELS[quantity], [0.0, 0.0], models.chain(measured), 6),
             };
-            plot.draw(canvas)?;
+            plot.draw(canvas);
             for c in &cells {
                 for (marker, colour, of, _) in &series {
-                    canvas.marker(*marker, plot.at(c.depth_mm, of(c)), 5.0, *colour, true)?;
+                    canvas.marker(*marker, plot.at(c.depth_mm, of(c)), 5.0, *colour, true);
                 }
                 let ends = [plot.at(c.depth_mm, bar(c, -1.0)), plot.at(c.depth_mm, bar(c, 1.0))];
-                canvas.line(&ends, Line::solid(INK, 1.4))?;
-                canvas.marker(Marker::Circle, plot.at(c.depth_mm, c.measured), 4.0, INK, true)?;
+                canvas.line(&ends, Line::solid(INK, 1.4));
+                canvas.marker(Marker::Circle, plot.at(c.depth_mm, c.measured), 4.0, INK, true);
             }
         }
-        Ok(())
     }
 }
 
@@ -104,34 +101,33 @@ impl Figure for Candidates<'_> {
         (940, (66.0 + ROW * self.shown().len() as f64) as u32)
     }
 
-    fn draw(&self, canvas: &mut Canvas<'_>) -> Drawn {
-        let (width, height) = self.size();
-        canvas.rect(0.0, 0.0, f64::from(width), f64::from(height), WHITE)?;
+    fn draw(&self, canvas: &mut Canvas) {
+        let height = self.size().1;
         let shown = self.shown();
         let most = shown.iter().flat_map(|c| [c.rms_percent, c.left_out_rms_percent.unwrap_or(0.0)]);
         let most = most.fold(5.0, f64::max);
         let (left, right) = (300.0, 880.0);
         let at = |percent: f64| left + (right - left) * percent / most;
-        canvas.text("gap left, %, and error at depths left out", (left, 16.0), Text { bold: true, ..Text::BODY })?;
+        canvas.text("gap left, %, and error at depths left out", (left, 16.0), Text { bold: true, ..Text::BODY });
         for (k, candidate) in shown.iter().enumerate() {
             let y = 40.0 + ROW * k as f64;
             let contends = self.section.contenders.contains(&candidate.name);
             let name = candidate.name.replace('+', " + ");
             let ink = if contends { INK } else { GREY };
-            canvas.text(&name, (left - 10.0, y), Text { h: HPos::Right, colour: ink, bold: contends, ..Text::BODY })?;
-            canvas.line(&[(left, y), (right, y)], Line::solid(FAINT, 0.8))?;
+            canvas.text(&name, (left - 10.0, y), Text { h: HPos::Right, colour: ink, bold: contends, ..Text::BODY });
+            canvas.line(&[(left, y), (right, y)], Line::solid(FAINT, 0.8));
             let bar = if contends { MODEL } else { PAIR };
-            canvas.rect(left, y - 7.0, at(candidate.rms_percent) - left, 14.0, bar)?;
+            canvas.rect(left, y - 7.0, at(candidate.rms_percent) - left, 14.0, bar);
             let number = fixed(candidate.rms_percent, 1);
             if let Some(left_out) = candidate.left_out_rms_percent {
                 let x = at(left_out);
-                canvas.line(&[(x, y - 8.0), (x, y + 8.0)], Line::solid(ESTIMATE, 2.2))?;
+                canvas.line(&[(x, y - 8.0), (x, y + 8.0)], Line::solid(ESTIMATE, 2.2));
             }
             canvas.text(
                 &number,
                 (left + 5.0, y),
                 Text { colour: if contends { WHITE } else { INK }, em: 11.0, ..Text::BODY },
-            )?;
+            );
         }
         let y = f64::from(height) - 12.0;
         let small = Text { em: 11.0, colour: GREY, ..Text::BODY };

@@ -2,14 +2,15 @@
 
 use maud::{Markup, html};
 
+use crate::Picture;
 use crate::diagnosis::word;
-use crate::html::{Picture, cell, difference, document, figures, prose, table};
+use crate::html::{cell, difference, document, figures, prose, table};
 use crate::numbers::{fixed, signed, significant};
 use fingerpad_diagnose::Verdict;
 use fingerpad_identify::table_diagnosis::{CandidateReport, Finding, QUANTITIES, TableSection};
 
 /// The page as one file.
-pub fn page(finding: &Finding, pictures: &[Picture; 2]) -> String {
+pub fn page(finding: &Finding, pictures: &[Picture]) -> String {
     let (report, section) = (&finding.report.diagnosis, &finding.report.table);
     let title = match report.verdict {
         Verdict::None => "The finite elements explain the table",

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use fingerpad_fe::mesh::MeshPreset;
-use fingerpad_report::{TraceChart, traces_png};
+use fingerpad_report::{TraceChart, traces_svg};
 
 use lab::{Failure, Lab};
 
@@ -112,8 +112,8 @@ fn write_page(folder: &Path, lab: &Lab, found: &mut [(&str, Finding)]) -> Result
     found.sort_by_key(|(name, _)| EXPERIMENTS.iter().position(|(known, _)| known == name));
     let mut page = page_head(lab);
     for (name, finding) in found {
-        let figure = format!("experiment_{name}.png");
-        std::fs::write(folder.join(&figure), traces_png(&finding.charts)?)?;
+        let figure = format!("experiment_{name}.svg");
+        std::fs::write(folder.join(&figure), traces_svg(&finding.charts))?;
         write_finding(&mut page, finding, &figure)?;
     }
     Ok(std::fs::write(folder.join(PAGE), page)?)

@@ -6,19 +6,19 @@ use std::path::Path;
 use fingerpad::events::{Change, Watch};
 use fingerpad::{Model, Motion, NODES, SPRINGS, State, step};
 use fingerpad_reduce::{Run, in_full_slip, replay};
-use fingerpad_report::{Trace, TraceChart, traces_png};
+use fingerpad_report::{Trace, TraceChart, traces_svg};
 use fingerpad_tests::random::Random;
 
 use crate::Failure;
 
 /// Draws all pictures: file names and bytes.
-pub fn pictures(model: &Model<'_>, runs: &Path) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
+pub fn pictures(model: &Model<'_>, runs: &Path) -> Result<Vec<(&'static str, String)>, Failure> {
     let pictures = [
-        ("memory-vibration.png", vibration(model, runs)?),
-        ("memory-first-slip.png", [0.5, 1.5].map(|depth| first_slip(model, depth)).into()),
-        ("memory-limit-surface.png", vec![limit_surface(model, runs)?]),
+        ("memory-vibration.svg", vibration(model, runs)?),
+        ("memory-first-slip.svg", [0.5, 1.5].map(|depth| first_slip(model, depth)).into()),
+        ("memory-limit-surface.svg", vec![limit_surface(model, runs)?]),
     ];
-    pictures.into_iter().map(|(name, charts)| Ok((name, traces_png(&charts)?))).collect()
+    Ok(pictures.map(|(name, charts)| (name, traces_svg(&charts))).into())
 }
 
 /// Complete held-out runs whose names begin so.

@@ -35,17 +35,17 @@ fn main() -> Result<(), Failure> {
     let file = PadModelFile::new(&std::fs::read(&args.model)?)?;
     let model = PadModel::of(&file.file().pad);
     std::fs::create_dir_all(&args.folder)?;
-    let write = |name: &str, bytes: &[u8]| -> Result<(), Failure> {
+    let write = |name: &str, svg: &str| -> Result<(), Failure> {
         let file = args.folder.join(name);
-        std::fs::write(&file, bytes).map_err(|e| format!("{}: {e}", file.display()))?;
+        std::fs::write(&file, svg).map_err(|e| format!("{}: {e}", file.display()))?;
         println!("{}", file.display());
         Ok(())
     };
     let bed = ModelFile::new(&std::fs::read(&args.bed)?)?;
     let history = history::pictures(&bed.file().model, &args.runs)?;
-    for (name, bytes) in pad::along_runs(&model, &args.runs)?.into_iter().chain(history) {
-        write(name, &bytes)?;
+    for (name, svg) in pad::along_runs(&model, &args.runs)?.into_iter().chain(history) {
+        write(name, &svg)?;
     }
-    write("stick-core.svg", stick_maps::slide()?.as_bytes())?;
-    write("pad-stick.svg", stick_maps::spin(&model)?.as_bytes())
+    write("stick-core.svg", &stick_maps::slide()?)?;
+    write("pad-stick.svg", &stick_maps::spin(&model)?)
 }

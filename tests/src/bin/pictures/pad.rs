@@ -7,12 +7,12 @@ use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadModel, replay};
 use fingerpad_reduce::{Run, Sample};
-use fingerpad_report::{Trace, TraceChart, traces_png};
+use fingerpad_report::{Trace, TraceChart, traces_svg};
 
 use crate::Failure;
 
-/// A picture: file name and bytes.
-type Picture = (&'static str, Vec<u8>);
+/// A picture: file name and SVG.
+type Picture = (&'static str, String);
 
 /// Draws them.
 ///
@@ -51,13 +51,12 @@ pub fn along_runs(model: &PadModel, folder: &Path) -> Result<Vec<Picture>, Failu
         on_body("Edge rounded by 2 mm", "body-05h")?,
     ];
     let pictures: [(_, Vec<TraceChart>); 4] = [
-        ("pad-rolling.png", over_time("Rolling on a table", "combined-00h")?.into()),
-        ("pad-wobble.png", over_time("Wobbling", "combined-03h")?.into()),
-        ("pad-bodies.png", bodies.into()),
-        ("pad-deep.png", deep.into()),
+        ("pad-rolling.svg", over_time("Rolling on a table", "combined-00h")?.into()),
+        ("pad-wobble.svg", over_time("Wobbling", "combined-03h")?.into()),
+        ("pad-bodies.svg", bodies.into()),
+        ("pad-deep.svg", deep.into()),
     ];
-    let drawn = pictures.map(|(name, charts)| Ok((name, traces_png(&charts)?)));
-    drawn.into_iter().collect()
+    Ok(pictures.map(|(name, charts)| (name, traces_svg(&charts))).into())
 }
 
 /// The plotted quantity: its label, and its values by the finite elements and by the pad.
