@@ -18,57 +18,56 @@ const FLAGS: &str = "-Ctarget-cpu=generic";
 const PYTHON: &str = "bindings/python";
 const MUJOCO: &str = "bindings/mujoco";
 const WARP: &str = "bindings/warp";
-/// Selections of pytest.
-const GATE: &str = "not nightly and not weekly";
-const NIGHTLY: &str = "nightly";
+/// A tier's environment and its selection of pytest.
+struct Tests {
+    environment: &'static str,
+    requirements: &'static str,
+    selection: &'static str,
+}
+
+const GATE: Tests =
+    Tests { environment: "python", requirements: "bindings/requirements-gate.txt", selection: "not nightly and not weekly" };
+const NIGHTLY: Tests =
+    Tests { environment: "python-nightly", requirements: "bindings/requirements-nightly.txt", selection: "nightly" };
 
 /// The Python package without the program: bits of the core, type stubs.
 pub fn python_gate() -> Result<()> {
-    let python = wheel("")?;
-    python_tests(&python, GATE, "")?;
+    let python = wheel(&GATE, "")?;
+    python_tests(&python, &GATE, "")?;
     run(module(&python, "mypy").args(["--strict", "--package", "fingerpad"]))?;
     run(module(&python, "mypy.stubtest").arg("fingerpad"))
 }
 
 /// The wheel with the program: commands on frames, notebooks.
 pub fn python_nightly() -> Result<()> {
-    let python = wheel("--features program")?;
-    run(module(&python, "pip install --quiet").arg(format!("{PYTHON}[test,notebooks]")).arg("--no-deps"))?;
+    let python = wheel(&NIGHTLY, "--features program")?;
     run(&mut rust::cargo("build --bin fingerpad")?)?;
-    python_tests(&python, NIGHTLY, "--features program")
+    python_tests(&python, &NIGHTLY, "--features program")
 }
 
-fn python_tests(python: &Path, selection: &str, features: &str) -> Result<()> {
-    let rust = |line: &str| run(command(PYTHON, &format!("cargo {line} {features}")).env("RUSTFLAGS", FLAGS));
+fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {
     // The core without Python, built for the same processors.
-    rust("build --release --locked --example native")?;
-    let mut pytest = pytest(python, PYTHON, selection);
+    let native = format!("cargo build --release --locked --example native {features}");
+    run(command(PYTHON, &native).env("RUSTFLAGS", FLAGS))?;
+    let mut pytest = pytest(python, PYTHON, tests);
     pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join("target/release/examples/native"));
     pytest.env("FINGERPAD_CARGO_PROGRAM", root().join("target/gate/fingerpad")).env_remove("FINGERPAD_PROGRAM");
     run(&mut pytest)
 }
 
-/// Builds the core's wheel with some features and installs it; returns the interpreter.
-fn wheel(features: &str) -> Result<PathBuf> {
-    let python = environment()?;
+/// Builds the core's wheel with some features and installs it in the environment of a tier; returns the interpreter.
+fn wheel(tests: &Tests, features: &str) -> Result<PathBuf> {
+    let python = install::python(tests.environment, tests.requirements)?;
     let wheels = tempfile::tempdir()?;
-    let line = format!("-m maturin build --release --locked {features} --out");
-    run(at_root(&python)
-        .current_dir(root().join(PYTHON))
-        .env("RUSTFLAGS", FLAGS)
-        .args(line.split(' ').filter(|word| !word.is_empty()))
-        .arg(wheels.path()))?;
-    let wheel = only_file(wheels.path())?;
+    let line = format!("{} -m maturin build --release --locked {features} --out", python.display());
+    run(command(PYTHON, &line).env("RUSTFLAGS", FLAGS).arg(wheels.path()))?;
+    let wheel = fs::read_dir(wheels.path())?.next().context("maturin made no wheel")??.path();
     let listed = output(module(&python, "zipfile --list").arg(&wheel))?;
     for file in ["licenses/LICENSE-APACHE", "licenses/LICENSE-MIT", "fingerpad/py.typed", "fingerpad/_native.pyi"] {
         ensure!(listed.contains(file), "the wheel has no file {file}");
     }
     run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(wheel))?;
     Ok(python)
-}
-
-fn environment() -> Result<PathBuf> {
-    install::python("python", "bindings/requirements-gate.txt")
 }
 
 /// A module of Python, from a line of words, run in a folder outside the repository, so that nothing of it is imported.
@@ -79,38 +78,34 @@ fn module(python: &Path, line: &str) -> Command {
     command
 }
 
-fn pytest(python: &Path, folder: &str, selection: &str) -> Command {
-    let mut pytest = module(python, "pytest --quiet --durations=5 -p no:cacheprovider");
-    pytest.args(["-m", selection]).arg(root().join(folder).join("tests"));
+fn pytest(python: &Path, folder: &str, tests: &Tests) -> Command {
+    let mut pytest = at_root(python);
+    pytest.current_dir(root().join(folder).join("tests")).env_remove("PYTHONPATH");
+    pytest.args(["-m", "pytest", "--quiet", "--durations=5", "-m", tests.selection]);
     pytest
 }
 
-fn only_file(folder: &Path) -> Result<PathBuf> {
-    Ok(fs::read_dir(folder)?.next().with_context(|| format!("{} is empty", folder.display()))??.path())
-}
-
 pub fn mujoco_gate() -> Result<()> {
-    mujoco(GATE)
+    mujoco(&GATE)
 }
 
 pub fn mujoco_nightly() -> Result<()> {
-    mujoco(NIGHTLY)
+    mujoco(&NIGHTLY)
 }
 
-fn mujoco(selection: &str) -> Result<()> {
-    let python = plugin()?;
-    run(pytest(&python, MUJOCO, selection).current_dir(root().join(MUJOCO)))
+fn mujoco(tests: &Tests) -> Result<()> {
+    run(&mut pytest(&plugin(tests)?, MUJOCO, tests))
 }
 
 /// Builds the plugin and prints the tables of the held object: `args` are those of `examples/hold.py`.
 pub fn mujoco_bench(args: &[String]) -> Result<()> {
-    run(held(&plugin()?).args(args))
+    run(held(&plugin(&GATE)?).args(args))
 }
 
 /// The command that prints the nanoseconds of a contact of the held object, by the plugin or by MuJoCo's own contact; with
 /// `--shaken`, while all is shaken.
 pub fn contact_ns(contact: &str) -> Result<Command> {
-    let mut command = held(&plugin()?);
+    let mut command = held(&plugin(&GATE)?);
     command.args(["--contact-ns", contact]);
     Ok(command)
 }
@@ -122,10 +117,10 @@ fn held(python: &Path) -> Command {
 }
 
 /// The C library, the Python packages and the plugin, built against pip's MuJoCo; returns the Python that has them.
-fn plugin() -> Result<PathBuf> {
+fn plugin(tests: &Tests) -> Result<PathBuf> {
     c::prepare()?;
     c::library()?;
-    let python = environment()?;
+    let python = install::python(tests.environment, tests.requirements)?;
     let asked = "import mujoco, pathlib; print(pathlib.Path(mujoco.__file__).parent)";
     let mujoco = output(at_root(&python).args(["-c", asked]))?;
     run(command(MUJOCO, "cmake -S . -B build").arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
@@ -134,22 +129,22 @@ fn plugin() -> Result<PathBuf> {
 }
 
 pub fn warp_gate() -> Result<()> {
-    warp(GATE)
+    warp(&GATE)
 }
 
 /// On a GPU as well if there is one; the head of the report names it.
 pub fn warp_nightly() -> Result<()> {
-    warp(NIGHTLY)
+    warp(&NIGHTLY)
 }
 
 /// Installs the package beside the Python package, which has the bits of the core, and runs its tests.
-fn warp(selection: &str) -> Result<()> {
-    let python = wheel("")?;
+fn warp(tests: &Tests) -> Result<()> {
+    let python = wheel(tests, "")?;
     // A copy, so that setuptools leaves nothing in the repository.
     let copy = tempfile::tempdir()?;
     run(command(".", "cp -r bindings/warp").arg(copy.path()))?;
     run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(copy.path().join("warp")))?;
-    run(&mut pytest(&python, WARP, selection))
+    run(&mut pytest(&python, WARP, tests))
 }
 
 /// Wheels of the core for any Linux of the last ten years on x86_64 and aarch64, and the sources as an archive, in a folder. The
@@ -180,7 +175,7 @@ pub fn release(out: &Path) -> Result<()> {
 
 /// The command that times a batch of fingers over a path.
 pub fn bench_path(model: &Path) -> Result<Command> {
-    let mut command = at_root(wheel("")?);
+    let mut command = at_root(wheel(&GATE, "")?);
     command.arg(root().join(PYTHON).join("bench/path.py")).arg(model).current_dir(root().join("target"));
     Ok(command)
 }

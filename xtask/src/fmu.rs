@@ -26,7 +26,7 @@ const GRASP: &str = "bindings/python/examples/grasp.py";
 pub fn test() -> Result<()> {
     c::prepare()?;
     let folder = tempfile::tempdir()?;
-    let python = install::python("fmu", &format!("{CHECKS}/requirements.txt"))?;
+    let python = install::python("python-nightly", "bindings/requirements-nightly.txt")?;
     let story = folder.path().join("story");
     fs::create_dir(&story)?;
     c::tell_story(&story)?;

@@ -90,7 +90,9 @@ pub fn component(name: &str, subcommand: &str) -> Result<()> {
 /// interpreter.
 pub fn python(name: &str, requirements: &str) -> Result<PathBuf> {
     let folder = root().join("target").join(name);
-    let (stamp, list) = (folder.join("requirements.txt"), std::fs::read(root().join(requirements))?);
+    let (stamp, mut list) = (folder.join("requirements.txt"), std::fs::read(root().join(requirements))?);
+    // One list may include another.
+    list.extend(std::fs::read(root().join("bindings/requirements-gate.txt"))?);
     let python = folder.join("bin/python");
     if std::fs::read(&stamp).is_ok_and(|installed| installed == list) {
         return Ok(python);
