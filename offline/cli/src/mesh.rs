@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let out = args.out.display();
         return Err(Failure::Input(anyhow::anyhow!("--out {out}: the ending must be .vtu, .msh or .inp")));
     }
-    if let Some(picture) = args.picture.as_ref().filter(|file| !file.extension().is_some_and(|e| e == "svg")) {
+    if let Some(picture) = args.picture.as_ref().filter(|file| file.extension().is_none_or(|e| e != "svg")) {
         let picture = picture.display();
         return Err(Failure::Input(anyhow::anyhow!("--picture {picture}: pictures are SVG, the ending must be .svg")));
     }
