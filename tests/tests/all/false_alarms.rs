@@ -37,6 +37,7 @@ fn cautions(set: &RunSet) -> Vec<String> {
 /// Files of both simulators, all protocols, levels and laws: no suspicion, no sign of exchanged roles; all exchanged
 /// ones give one.
 #[test]
+#[ignore = "nightly"]
 fn correct_synthetic_files_raise_no_suspicion() {
     let (mut sets, mut pairs, mut alarms, mut found) = (0, 0, Vec::new(), 0);
     let own = LawsFile::default();
