@@ -9,7 +9,7 @@ use crate::shell::{command, root, run, sh};
 
 /// Selects what holds tests, in all packages at once, so that their dependencies are built once. Other programs and examples would be
 /// compiled for nothing.
-const TESTS: &str = "test --lib --test * --bin xtask --example grip --example haptic";
+const TESTS: &str = "test --no-fail-fast --lib --test * --bin xtask --example grip --example haptic";
 
 /// Cargo in the profile of the gate, for all packages. The compiler of this workspace's packages is Clippy's, whose warnings are errors:
 /// its lints cost no second pass.

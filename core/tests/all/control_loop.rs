@@ -118,7 +118,8 @@ fn a_load_held_by_force_under_noise_on_the_normal_force_does_not_walk() {
                 }
             }
             slide(&mut noisy, normal, &mut ways[0]);
-            assert!(ways[0] / ways[1] < 1.05, "{name}, Gaussian {percent} %: {ways:?} mm");
+            // Rounding adds up to less than a nanometre.
+            assert!(ways[0] < 1.05 * ways[1] + 1e-6, "{name}, Gaussian {percent} %: {ways:?} mm");
         }
     });
 }
