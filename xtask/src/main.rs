@@ -17,6 +17,8 @@ mod thumb;
 mod web;
 mod weekly;
 
+use std::process::ExitCode;
+
 use anyhow::bail;
 use clap::Parser;
 
@@ -92,8 +94,18 @@ enum Chore {
     Web(web::Args),
 }
 
-fn main() -> anyhow::Result<()> {
-    match Chore::parse() {
+fn main() -> ExitCode {
+    match chore(Chore::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn chore(chore: Chore) -> anyhow::Result<()> {
+    match chore {
         Chore::Check(args) => check::main(&args),
         Chore::Test(args) => steps::main(Tier::Gate, &args),
         Chore::Nightly(args) => steps::main(Tier::Nightly, &args),

@@ -93,6 +93,9 @@ const STEPS: [Step; 36] = [
     Step("bindings", Weekly, Others, crate::bench_bindings::main, "ns of a step in every language"),
 ];
 
+/// The program that runs one step.
+const PROGRAM: &str = "target/steps/xtask";
+
 /// Runs the steps of a tier in two lanes, or the chosen ones one after the other; prints what each cost.
 ///
 /// # Errors
@@ -110,6 +113,9 @@ pub fn main(tier: Tier, args: &Args) -> Result<()> {
     let chosen = |step: &&Step| if args.only.is_empty() { step.1 == tier } else { args.only.iter().any(|o| o == step.0) };
     let steps: Vec<&Step> = STEPS.iter().filter(chosen).collect();
     let before = costs();
+    // A copy, since the steps build this program again.
+    fs::create_dir_all(root().join("target/steps"))?;
+    fs::copy(std::env::current_exe()?, root().join(PROGRAM))?;
     // Weekly steps that passed at this commit are not repeated.
     let resume = tier == Weekly && args.only.is_empty();
     let start = Instant::now();
@@ -169,13 +175,11 @@ impl Step {
     fn run(&self) -> Result<Cost> {
         let name = self.0;
         let log = root().join("target/steps").join(format!("{name}.log"));
-        fs::create_dir_all(root().join("target/steps"))?;
         let file = File::create(&log).with_context(|| log.display().to_string())?;
         println!("== {name}");
         let start = Instant::now();
-        let status = Command::new(std::env::current_exe()?)
+        let status = Command::new(root().join(PROGRAM))
             .args(["step", name])
-            .env("RUST_BACKTRACE", "0")
             .stdin(Stdio::null())
             .stdout(file.try_clone()?)
             .stderr(file)
