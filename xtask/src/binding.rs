@@ -47,10 +47,10 @@ pub fn python_nightly() -> Result<()> {
 
 fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {
     // The core without Python, built for the same processors.
-    let native = format!("cargo build --release --locked --example native {features}");
+    let native = format!("cargo build --profile gate --locked --example native {features}");
     run(command(PYTHON, &native).env("RUSTFLAGS", FLAGS))?;
     let mut pytest = pytest(python, PYTHON, tests);
-    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join("target/release/examples/native"));
+    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join("target/gate/examples/native"));
     pytest.env("FINGERPAD_CARGO_PROGRAM", root().join("target/gate/fingerpad")).env_remove("FINGERPAD_PROGRAM");
     run(&mut pytest)
 }
@@ -59,7 +59,7 @@ fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {
 fn wheel(tests: &Tests, features: &str) -> Result<PathBuf> {
     let python = install::python(tests.environment, tests.requirements)?;
     let wheels = tempfile::tempdir()?;
-    let line = format!("{} -m maturin build --release --locked {features} --out", python.display());
+    let line = format!("{} -m maturin build --profile gate --locked {features} --out", python.display());
     run(command(PYTHON, &line).env("RUSTFLAGS", FLAGS).arg(wheels.path()))?;
     let wheel = fs::read_dir(wheels.path())?.next().context("maturin made no wheel")??.path();
     let listed = output(module(&python, "zipfile --list").arg(&wheel))?;

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import nbclient
-import nbformat
 import pytest
 
+# Packages of the nightly tests.
+nbclient = pytest.importorskip("nbclient")
+nbformat = pytest.importorskip("nbformat")
 pytestmark = pytest.mark.nightly
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import fingerpad
 import mujoco
-import mujoco_warp
 import numpy as np
 import pytest
 import warp as wp
@@ -16,6 +15,8 @@ from conftest import DEVICES, MODEL, SEED
 
 import fingerpad_warp as fw
 
+# A package of the nightly tests.
+mujoco_warp = pytest.importorskip("mujoco_warp")
 pytestmark = pytest.mark.nightly
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 import scenes  # noqa: E402
