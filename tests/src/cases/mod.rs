@@ -145,7 +145,7 @@ macro_rules! for_each_case {
                 gate a_huge_sphere_is_the_plane,
                 gate a_turned_axis_is_a_spin,
                 gate a_cylinder_that_turns_in_place_slides,
-                gate the_work_of_closed_paths_is_dissipated,
+                nightly the_work_of_closed_paths_is_dissipated,
                 gate bodies_without_their_numbers_are_refused,
             }
             branches "runs that branch off and go on, long steps in steady slip" {
@@ -211,7 +211,7 @@ macro_rules! for_each_case {
                 gate a_geometry_without_named_regions_refuses_them,
             }
             stick "everything sticks after a reversal" {
-                gate everything_that_keeps_its_pressure_sticks_after_a_reversal,
+                nightly everything_that_keeps_its_pressure_sticks_after_a_reversal,
                 nightly everything_that_keeps_its_pressure_sticks_after_a_reversal_on_a_medium_mesh,
             }
             stress "stress of blocks and of the finger" {

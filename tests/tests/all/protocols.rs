@@ -75,18 +75,29 @@ fn turns_between_the_rows_of_a_constant_rate_add_no_structure() {
     assert_eq!(scored.class, Class::Exact, "{:?}", scored.report.unexplained);
 }
 
-/// Delayed forces, through a delay or a filter of the sensor: the lag is found and corrected, and is no effect of the
-/// finger.
+/// The delay of a set's sensor is found and corrected, and is no effect of the finger.
+fn corrects_its_lag(protocol: Protocol, seed: u64) {
+    let scored = score(&case_of(protocol, seed, Hide::Nothing, 0.0, 0, 40, true));
+    assert_eq!(scored.class, Class::Nothing, "{protocol:?} {seed}: {:?}", scored.report.unexplained);
+    let lag = scored.lag.unwrap_or_else(|| panic!("{protocol:?} {seed}: no lag found"));
+    assert!(lag.covered && lag.half_s < 4e-3, "{protocol:?} {seed}: {lag:?}");
+}
+
+/// Delayed forces, and forces without a delay.
 #[test]
 fn forces_that_lag_behind_the_positions_are_compared_with_the_motion_of_their_time() {
-    for (protocol, seed) in [(Protocol::Lag, 40_154), (Protocol::Lag, 40_156), (Protocol::Filter, 40_155)] {
-        let made = case_of(protocol, seed, Hide::Nothing, 0.0, 0, 40, true);
-        let scored = score(&made);
-        assert_eq!(scored.class, Class::Nothing, "{protocol:?} {seed}: {:?}", scored.report.unexplained);
-        let lag = scored.lag.unwrap_or_else(|| panic!("{protocol:?} {seed}: no lag found"));
-        assert!(lag.covered && lag.half_s < 4e-3, "{protocol:?} {seed}: {lag:?}");
-    }
-    // An effect of the finger keeps its name beside the lag, and a lag of the measured runs alone gets its own.
+    corrects_its_lag(Protocol::Lag, 40_154);
+    let scored = score(&case_of(Protocol::Plane, 40_154, Hide::Nothing, 0.0, 0, 40, true));
+    assert!(scored.report.instrument.is_empty(), "{:?}", scored.report.instrument);
+}
+
+/// Other delays, through a filter too. An effect of the finger keeps its name beside the lag, and a lag of the measured runs alone gets
+/// its own.
+#[test]
+#[ignore = "nightly"]
+fn a_lag_is_neither_an_effect_nor_hides_one() {
+    corrects_its_lag(Protocol::Lag, 40_156);
+    corrects_its_lag(Protocol::Filter, 40_155);
     let hidden = case_of(Protocol::Lag, 72, Hide::Law(place("temperature")), 0.3, 0, 40, true);
     let scored = score(&hidden);
     assert_eq!(scored.class, Class::Exact, "{:?}", scored.report.unexplained);
@@ -96,9 +107,6 @@ fn forces_that_lag_behind_the_positions_are_compared_with_the_motion_of_their_ti
     assert_eq!(names, ["force_lag"], "{:?}", scored.report.unexplained);
     let gap = &scored.report.holdout;
     assert!(gap.ratio_after < 1.2 && gap.ratio_after < gap.ratio_before, "{gap:?}");
-    // Without a lag none is found.
-    let scored = score(&case_of(Protocol::Plane, 40_154, Hide::Nothing, 0.0, 0, 40, true));
-    assert!(scored.report.instrument.is_empty(), "{:?}", scored.report.instrument);
 }
 
 /// A normal force that ends at its rail is the sensor's, and the part below the rail is diagnosed as usual.
