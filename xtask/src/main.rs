@@ -88,6 +88,13 @@ enum Chore {
     /// All packages of a release in one folder: crates, Python wheels for x86_64 and aarch64, the npm package, the C library.
     /// Uploads nothing
     Release(release::Args),
+    /// The C library as a folder that needs no Rust: static libraries for this host, Cortex-M with and without FPU and RISC-V,
+    /// header, models, example, CMake and pkg-config files
+    ReleaseC {
+        /// Folder to make; it must not exist yet
+        #[arg(long, value_name = "FOLDER", default_value = concat!("target/fingerpad-c-", env!("CARGO_PKG_VERSION")))]
+        out: std::path::PathBuf,
+    },
     /// Firmware: prepare the toolchain, build, run under QEMU, check sizes and counts
     Thumb(thumb::Args),
     /// The page: build, picture, bench
@@ -119,6 +126,7 @@ fn chore(chore: Chore) -> anyhow::Result<()> {
         Chore::Model { scores } => model::main(scores),
         Chore::Reference => weekly::reference(),
         Chore::Release(args) => release::main(&args),
+        Chore::ReleaseC { out } => c::release(&std::path::absolute(out)?),
         Chore::Thumb(args) => thumb::main(&args),
         Chore::Web(args) => web::main(&args),
     }

@@ -99,6 +99,7 @@ fn power_of(law: &'static str, sizes: &[f64], sets: usize, runs: usize) -> Power
 /// An effect far above the noise is named in nearly all simulated sets and one far below it in hardly any; whenever the
 /// simulation ends, the cells have the same number of sets but for one, and the same seed gives the same counts.
 #[test]
+#[ignore = "nightly"]
 fn simulated_runs_name_large_effects_and_no_tiny_ones() {
     let found = power_of("temperature", &[0.001, 0.3], 50, 20);
     let [tiny, large] = &found.cells[..] else { panic!("{:?}", found.cells) };

@@ -21,6 +21,7 @@ fn diagnosed(case: &Case, measured: &RunSet) -> Diagnosis {
 /// A calibration along x, as in Yoshida et al. 2011: its noise is a sensor's, its limits are reported, effects are
 /// named.
 #[test]
+#[ignore = "nightly"]
 fn a_calibration_along_one_axis_keeps_its_evidence() {
     for (seed, name) in [(70, "depth_zero_offset"), (72, "temperature"), (74, "normal_relaxation")] {
         for protocol in [Protocol::OneAxis, Protocol::AxisThenPlane] {
@@ -66,6 +67,7 @@ fn an_operators_logger_adds_no_structure() {
 
 /// A logger that is not synchronised with the motion: turns lie between its rows.
 #[test]
+#[ignore = "nightly"]
 fn turns_between_the_rows_of_a_constant_rate_add_no_structure() {
     for seed in 40_154..40_158 {
         let scored = score(&case_of(Protocol::Uniform20, seed, Hide::Nothing, 0.0, 0, 40, true));
@@ -211,6 +213,7 @@ fn a_significant_error_of_form_is_reported_and_not_named() {
 /// in the air show by themselves, an anisotropy of 3 % at 4.8 standard deviations whose evidence lies against the
 /// calibration. And two spikes in the last two rows of a run are no cross-talk beside a drag.
 #[test]
+#[ignore = "nightly"]
 fn small_laws_are_named_where_no_error_of_form_stands_in_their_place() {
     for (seed, simulator, name, size) in [
         (76_001_317, SimulatorKind::Second, "tare_bias", 0.03),
