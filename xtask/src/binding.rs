@@ -25,8 +25,11 @@ struct Tests {
     selection: &'static str,
 }
 
-const GATE: Tests =
-    Tests { environment: "python", requirements: "bindings/requirements-gate.txt", selection: "not nightly and not weekly" };
+const GATE: Tests = Tests {
+    environment: "python",
+    requirements: "bindings/requirements-gate.txt",
+    selection: "not nightly and not weekly",
+};
 const NIGHTLY: Tests =
     Tests { environment: "python-nightly", requirements: "bindings/requirements-nightly.txt", selection: "nightly" };
 
@@ -118,13 +121,14 @@ fn held(python: &Path) -> Command {
 
 /// The C library, the Python packages and the plugin, built against pip's MuJoCo; returns the Python that has them.
 fn plugin(tests: &Tests) -> Result<PathBuf> {
-    c::prepare()?;
+    install::programs(&["gcc", "make"])?;
     c::library()?;
     let python = install::python(tests.environment, tests.requirements)?;
     let asked = "import mujoco, pathlib; print(pathlib.Path(mujoco.__file__).parent)";
     let mujoco = output(at_root(&python).args(["-c", asked]))?;
-    run(command(MUJOCO, "cmake -S . -B build").arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
-    sh(MUJOCO, "cmake --build build")?;
+    let cmake = python.with_file_name("cmake").display().to_string();
+    run(command(MUJOCO, &format!("{cmake} -S . -B build")).arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
+    sh(MUJOCO, &format!("{cmake} --build build"))?;
     Ok(python)
 }
 
@@ -161,7 +165,9 @@ pub fn release(out: &Path) -> Result<()> {
         ensure!(install::rustup_target(target), "no compiler for {target}; this helps: rustup target add {target}");
         let line = format!("build --release --locked --zig --target {target} --compatibility manylinux2014");
         let zig = root().join("target/release-python/bin/python");
-        run(maturin(&line).env("RUSTFLAGS", format!("-Ctarget-cpu={processor}")).env("CARGO_ZIGBUILD_PYTHON_PATH", zig))?;
+        run(maturin(&line)
+            .env("RUSTFLAGS", format!("-Ctarget-cpu={processor}"))
+            .env("CARGO_ZIGBUILD_PYTHON_PATH", zig))?;
     }
     run(&mut maturin("sdist"))?;
     let wheels = fs::read_dir(out)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;

@@ -67,7 +67,11 @@ pub fn main(args: &Args) -> Result<()> {
         web::book(&site, Some(folder))?;
     }
     if let Some(port) = args.serve {
-        run(at_root("python3").args(["-m", "http.server", "--bind", "127.0.0.1"]).arg(port.to_string()).arg("--directory").arg(&site))?;
+        run(at_root("python3")
+            .args(["-m", "http.server", "--bind", "127.0.0.1"])
+            .arg(port.to_string())
+            .arg("--directory")
+            .arg(&site))?;
     }
     Ok(())
 }

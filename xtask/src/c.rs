@@ -116,19 +116,35 @@ pub fn prepare() -> Result<()> {
     install::programs(&["cmake", "pkg-config", "gcc", "g++", "make"])
 }
 
-/// The static library for this machine, and the header, which must have been up to date; returns the library.
+/// Builds the libraries for this machine, without debug information, and returns the static one.
 pub fn library() -> Result<PathBuf> {
+    run(command(C_LIBRARY, "cargo build --release --locked --no-default-features")
+        .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
+    Ok(root().join(C_LIBRARY).join("target/release/libfingerpad_c.a"))
+}
+
+/// The header must be the one that the library's build writes.
+fn header_is_current() -> Result<()> {
     let header = root().join(C_LIBRARY).join("fingerpad.h");
     let before = fs::read(&header)?;
-    sh(C_LIBRARY, "cargo build --release")?;
-    ensure!(before == fs::read(&header)?, "{C_LIBRARY}/fingerpad.h was not up to date with the library; now it is: inspect it");
-    Ok(root().join(C_LIBRARY).join("target/release/libfingerpad_c.a"))
+    sh(C_LIBRARY, "cargo build --release --locked")?;
+    ensure!(
+        before == fs::read(&header)?,
+        "{C_LIBRARY}/fingerpad.h was not up to date with the library; now it is: inspect it"
+    );
+    Ok(())
 }
 
 /// Writes the story, and the core's answers to it, into `folder`.
 pub fn tell_story(folder: &Path) -> Result<()> {
-    let line = format!("cargo run --quiet --release --package fingerpad-story -- ../../{MODEL} ../../{CORRECTED}");
-    run(command(C_LIBRARY, &line).arg(folder))
+    let line =
+        format!("cargo run --quiet --release --locked --package fingerpad-story -- ../../{MODEL} ../../{CORRECTED}");
+    let mut story = command(C_LIBRARY, &line);
+    // The profile of the library without what links slowly.
+    for (name, value) in [("DEBUG", "0"), ("LTO", "off"), ("CODEGEN_UNITS", "16")] {
+        story.env(format!("CARGO_PROFILE_RELEASE_{name}"), value);
+    }
+    run(story.arg(folder))
 }
 
 /// The C library in C99 on this machine: documented vectors, the story, misuse.
@@ -171,6 +187,7 @@ fn vectors_and_story(program: &dyn Fn(&str) -> PathBuf, story: &Path) -> Result<
 /// The release folder in a folder outside the repository: CMake, pkg-config, C++17 and C++20, sanitizers, the page's programs.
 pub fn nightly() -> Result<()> {
     prepare()?;
+    header_is_current()?;
     let folder = tempfile::tempdir()?;
     let at = |name: &str| folder.path().join(name);
     let release = at("release");
@@ -183,7 +200,9 @@ pub fn nightly() -> Result<()> {
         cmake.arg(format!("-DCMAKE_PREFIX_PATH={}", release.display()));
         cmake
     };
-    for (build, options) in [("plain", "-DCMAKE_BUILD_TYPE=Release"), ("sanitized", "-DCMAKE_BUILD_TYPE=Debug -DSANITIZE=ON")] {
+    for (build, options) in
+        [("plain", "-DCMAKE_BUILD_TYPE=Release"), ("sanitized", "-DCMAKE_BUILD_TYPE=Debug -DSANITIZE=ON")]
+    {
         run(&mut cmake(build, options))?;
         sh(folder.path(), &format!("cmake --build {build} --parallel 2"))?;
         for language in ["", "_cpp"] {
@@ -221,7 +240,10 @@ fn page(release: &Path, folder: &Path) -> Result<()> {
     fs::copy(release.join("examples/press_and_slide.c"), folder.join("example.c"))?;
     let library = format!("release/lib/fingerpad/{}/libfingerpad.a", host()?);
     for program in ["mine", "example"] {
-        sh(folder, &format!("gcc -std=c99 {STRICT} -Wno-conversion -I release/include {program}.c {library} -o {program}"))?;
+        sh(
+            folder,
+            &format!("gcc -std=c99 {STRICT} -Wno-conversion -I release/include {program}.c {library} -o {program}"),
+        )?;
         let says = output(&mut command(folder, &format!("./{program}")))?;
         ensure!(says.contains("slip"), "{program} does not report slip: {says}");
     }

@@ -30,7 +30,8 @@ const OF_ALL: [&str; 4] = ["Cargo.toml", "Cargo.lock", "rustfmt.toml", ".cargo/c
 /// Runs the checks one after the other; the first failure ends them.
 pub fn main(args: &Args) -> Result<()> {
     let packages = Packages::read()?;
-    let changed = if args.all { packages.0.keys().cloned().collect() } else { packages.changed(&changed_files(&args.since)?) };
+    let changed =
+        if args.all { packages.0.keys().cloned().collect() } else { packages.changed(&changed_files(&args.since)?) };
     let affected = packages.with_dependents(&changed);
     println!("changed: {}", changed.into_iter().collect::<Vec<_>>().join(", "));
     println!("checked: {}", affected.iter().map(String::as_str).collect::<Vec<_>>().join(", "));
@@ -97,7 +98,8 @@ impl Packages {
     /// The packages that files belong to.
     fn changed(&self, files: &[PathBuf]) -> BTreeSet<String> {
         let all = files.iter().any(|file| OF_ALL.iter().any(|name| file == Path::new(name)));
-        let changed = |(_, (folder, _)): &(&String, &(PathBuf, _))| all || files.iter().any(|file| file.starts_with(folder));
+        let changed =
+            |(_, (folder, _)): &(&String, &(PathBuf, _))| all || files.iter().any(|file| file.starts_with(folder));
         self.0.iter().filter(changed).map(|(name, _)| name.clone()).collect()
     }
 

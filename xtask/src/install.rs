@@ -74,7 +74,8 @@ pub fn crate_program(name: &str, version: &str, more: &str) -> Result<PathBuf> {
 /// Whether rustup has the library of `target`, after an attempt to install it.
 pub fn rustup_target(target: &str) -> bool {
     let installed = command(".", "rustup target list --installed").output();
-    let there = installed.is_ok_and(|out| String::from_utf8_lossy(&out.stdout).lines().any(|line| line.trim() == target));
+    let there =
+        installed.is_ok_and(|out| String::from_utf8_lossy(&out.stdout).lines().any(|line| line.trim() == target));
     there || succeeds(&mut command(".", &format!("rustup target add {target}")))
 }
 

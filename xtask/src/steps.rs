@@ -54,6 +54,7 @@ use Lane::{Others, Workspace};
 use Tier::{Gate, Nightly, Weekly};
 
 /// All steps, in the order in which a lane runs them.
+#[rustfmt::skip]
 const STEPS: [Step; 36] = [
     Step("format", Gate, Workspace, rust::format, "rustfmt in every workspace"),
     Step("tests", Gate, Workspace, rust::tests, "Clippy, unit and integration tests, some against CalculiX and Gmsh; 512 cases for each property of the core"),
@@ -110,7 +111,8 @@ pub fn main(tier: Tier, args: &Args) -> Result<()> {
     if let Some(wrong) = args.only.iter().find(|name| STEPS.iter().all(|step| step.0 != **name)) {
         bail!("no step {wrong}; `cargo xtask test --list` lists them");
     }
-    let chosen = |step: &&Step| if args.only.is_empty() { step.1 == tier } else { args.only.iter().any(|o| o == step.0) };
+    let chosen =
+        |step: &&Step| if args.only.is_empty() { step.1 == tier } else { args.only.iter().any(|o| o == step.0) };
     let steps: Vec<&Step> = STEPS.iter().filter(chosen).collect();
     let before = costs();
     // A copy, since the steps build this program again.
@@ -198,7 +200,10 @@ impl Step {
             let lines: Vec<&str> = text.lines().collect();
             println!("{}\n   all of it: target/steps/{name}.log", lines[lines.len().saturating_sub(60)..].join("\n"));
         }
-        let line = format!("{name} {:.1} {cpu:.1} {} {} {} {}\n", cost.seconds, cost.passed, cost.commit, cost.tests[0], cost.tests[1]);
+        let line = format!(
+            "{name} {:.1} {cpu:.1} {} {} {} {}\n",
+            cost.seconds, cost.passed, cost.commit, cost.tests[0], cost.tests[1]
+        );
         let mut costs = File::options().create(true).append(true).open(root().join("target/steps/costs.txt"))?;
         std::io::Write::write_all(&mut costs, line.as_bytes())?;
         Ok(cost)
@@ -209,7 +214,8 @@ impl Step {
 fn costs() -> BTreeMap<String, Cost> {
     let text = fs::read_to_string(root().join("target/steps/costs.txt")).unwrap_or_default();
     let parse = |line: &str| -> Option<(String, Cost)> {
-        let [name, seconds, cpu, passed, commit, tests, failed] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
+        let [name, seconds, cpu, passed, commit, tests, failed] =
+            line.split(' ').collect::<Vec<_>>().try_into().ok()?;
         let tests = [tests.parse().ok()?, failed.parse().ok()?];
         let (seconds, cpu, passed) = (seconds.parse().ok()?, cpu.parse().ok()?, passed.parse().ok()?);
         Some((name.to_owned(), Cost { seconds, cpu, passed, commit: commit.to_owned(), tests }))
@@ -221,14 +227,18 @@ fn costs() -> BTreeMap<String, Cost> {
 fn report(ran: &[(&str, Cost)], before: &BTreeMap<String, Cost>, wall: f64) -> Result<()> {
     println!("\n{:<13} {:>8} {:>8} {:>8}", "step", "seconds", "CPU s", "before");
     for (name, cost) in ran {
-        let earlier = before.get(*name).filter(|run| run.passed).map_or("-".to_owned(), |run| format!("{:.1}", run.seconds));
+        let earlier =
+            before.get(*name).filter(|run| run.passed).map_or("-".to_owned(), |run| format!("{:.1}", run.seconds));
         let failed = if cost.passed { "" } else { "  failed" };
         println!("{name:<13} {:>8.1} {:>8.1} {earlier:>8}{failed}", cost.seconds, cost.cpu);
     }
     let cpu: f64 = ran.iter().map(|(_, cost)| cost.cpu).sum();
     println!("{:<13} {wall:>8.1} {cpu:>8.1}", "by the clock");
     let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    println!("load of the machine over the last 1, 5, 15 minutes: {}\n", load.split(' ').take(3).collect::<Vec<_>>().join(", "));
+    println!(
+        "load of the machine over the last 1, 5, 15 minutes: {}\n",
+        load.split(' ').take(3).collect::<Vec<_>>().join(", ")
+    );
     let failed: Vec<&str> = ran.iter().filter(|(_, cost)| !cost.passed).map(|(name, _)| *name).collect();
     let tests = |k: usize| ran.iter().map(|(_, cost)| cost.tests[k]).sum::<u64>();
     println!("{} passed, {} failed", tests(0), tests(1));
@@ -239,11 +249,14 @@ fn report(ran: &[(&str, Cost)], before: &BTreeMap<String, Cost>, wall: f64) -> R
 /// Tests passed and failed by the closing lines of cargo, pytest and Node in an output.
 fn counted(text: &str) -> [u64; 2] {
     let mut sum = [0; 2];
-    let results = |line: &&str| line.starts_with("test result:") || line.contains(" passed") || line.contains(" failed");
+    let results =
+        |line: &&str| line.starts_with("test result:") || line.contains(" passed") || line.contains(" failed");
     for line in text.lines().filter(results) {
         let words: Vec<&str> = line.split([' ', ',', ';']).filter(|word| !word.is_empty()).collect();
         for pair in words.windows(2) {
-            if let ([Ok(number), _], Some(k)) = ([pair[0].parse::<u64>(), Ok(0)], ["passed", "failed"].iter().position(|w| *w == pair[1])) {
+            if let ([Ok(number), _], Some(k)) =
+                ([pair[0].parse::<u64>(), Ok(0)], ["passed", "failed"].iter().position(|w| *w == pair[1]))
+            {
                 sum[k] += number;
             }
         }

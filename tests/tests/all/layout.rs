@@ -20,8 +20,7 @@ const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &
-    [CORE, FORMATS, LEAST_SQUARES, LINEAR, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
+const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, LINEAR, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
 const MAY_USE: [(&str, &[&str]); 14] = [

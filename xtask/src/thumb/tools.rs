@@ -151,7 +151,8 @@ pub fn qemu(elf: &Path, shift: u32, limit: Duration) -> Result<(ExitStatus, Path
         "qemu-system-arm -cpu cortex-m4 -machine mps2-an386 -nographic -icount shift={shift} \
          -semihosting-config enable=on,target=native -kernel"
     );
-    let mut qemu = command(".", &line).arg(elf).stdin(Stdio::null()).stdout(File::create(&raw)?).spawn().context(line)?;
+    let mut qemu =
+        command(".", &line).arg(elf).stdin(Stdio::null()).stdout(File::create(&raw)?).spawn().context(line)?;
     let start = Instant::now();
     loop {
         if let Some(status) = qemu.try_wait()? {

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use fingerpad_linear::{Pattern, elimination_order};
 use crate::mesh::Mesh;
+use fingerpad_linear::{Pattern, elimination_order};
 
 /// Supports of the body.
 #[derive(Clone, Debug, Default)]
