@@ -248,25 +248,16 @@ fn report(ran: &[(&str, Cost)], before: &BTreeMap<String, Cost>, wall: f64) -> R
 
 /// Tests passed and failed by the closing lines of cargo, pytest and Node in an output.
 fn counted(text: &str) -> [u64; 2] {
-    let mut sum = [0; 2];
-    let results =
-        |line: &&str| line.starts_with("test result:") || line.contains(" passed") || line.contains(" failed");
-    for line in text.lines().filter(results) {
-        let words: Vec<&str> = line.split([' ', ',', ';']).filter(|word| !word.is_empty()).collect();
-        for pair in words.windows(2) {
-            if let ([Ok(number), _], Some(k)) =
-                ([pair[0].parse::<u64>(), Ok(0)], ["passed", "failed"].iter().position(|w| *w == pair[1]))
-            {
-                sum[k] += number;
-            }
+    let number = |line: &str, word: &str, of_node: &str| -> Option<u64> {
+        if let Some(number) = line.strip_prefix(of_node) {
+            return number.parse().ok();
         }
-    }
-    for line in text.lines() {
-        for (k, start) in ["ℹ pass ", "ℹ fail "].into_iter().enumerate() {
-            sum[k] += line.strip_prefix(start).and_then(|number| number.parse().ok()).unwrap_or(0);
-        }
-    }
-    sum
+        let closing = line.starts_with("test result:") || line.contains(" in ");
+        let before = line.split_once(word).filter(|_| closing)?.0;
+        before.rsplit([' ', '=']).find(|part| !part.is_empty())?.parse().ok()
+    };
+    [(" passed", "ℹ pass "), (" failed", "ℹ fail ")]
+        .map(|(word, of_node)| text.lines().filter_map(|line| number(line, word, of_node)).sum())
 }
 
 fn commit() -> String {

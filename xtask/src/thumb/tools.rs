@@ -136,7 +136,7 @@ impl Tools {
         let mut log = String::new();
         loop {
             match decoder.decode() {
-                Ok(frame) => log += &format!("{}\n", frame.display(false)),
+                Ok(frame) => log += &format!("{}\n", frame.display(false).to_string().trim()),
                 Err(DecodeError::UnexpectedEof) => return Ok((status, log)),
                 Err(DecodeError::Malformed) => bail!("a malformed message in the log of {}", elf.display()),
             }
