@@ -55,8 +55,11 @@ pub fn debian(packages: &str, hint: &str) -> Result<()> {
 
 /// Installs what is missing of these programs, each named as its command in [`PROGRAMS`].
 pub fn programs(names: &[&str]) -> Result<()> {
-    let wanted = |line: &str| names.iter().any(|name| line.split(' ').next().is_some_and(|path| path.ends_with(name)));
-    let missing = PROGRAMS.iter().filter(|(line, _)| wanted(line) && command(".", line).output().is_err());
+    let missing = PROGRAMS.iter().filter(|(line, _)| {
+        let file = Path::new(line.split(' ').next().unwrap_or_default());
+        names.iter().any(|name| file.file_name().is_some_and(|file| file == *name))
+            && command(".", line).output().is_err()
+    });
     let missing = missing.map(|(_, package)| *package).collect::<Vec<_>>().join(" ");
     if missing.is_empty() { Ok(()) } else { debian(&missing, &format!("apt-get install {missing}")) }
 }
