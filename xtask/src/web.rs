@@ -40,11 +40,11 @@ pub fn main(args: &Args) -> Result<()> {
     match args.action.unwrap_or(Action::Build) {
         Action::Build => Ok(()),
         Action::Picture => {
-            install::programs(&["chromium"])?;
+            chromium()?;
             run(command(TEST, "node pictures.js --readme").arg(root().join("docs/pictures/page.png")))
         }
         Action::Bench => {
-            install::programs(&["chromium"])?;
+            chromium()?;
             sh(TEST, "node bench.js")
         }
     }
@@ -62,14 +62,14 @@ pub fn gate() -> Result<()> {
 /// The page in headless Chromium.
 pub fn nightly() -> Result<()> {
     build()?;
-    install::programs(&["chromium"])?;
+    chromium()?;
     sh(TEST, "node --test --test-reporter=spec page.test.js")
 }
 
 /// Opens every page of a built book in Chromium, wide and narrow; writes pictures of them to a folder, if one is given.
 pub fn book(site: &Path, pictures: Option<&Path>) -> Result<()> {
     packages()?;
-    install::programs(&["chromium"])?;
+    chromium()?;
     let mut node = command(TEST, "node book.js");
     node.arg(std::path::absolute(site)?);
     if let Some(folder) = pictures {
@@ -91,6 +91,11 @@ pub fn build() -> Result<PathBuf> {
 fn compile(extra: &str) -> Result<()> {
     packages()?;
     Compiler::prepare(Route::Auto, TARGET)?.build(WEB, TARGET, &format!("--locked --package fingerpad-web {extra}"))
+}
+
+/// The browser that the variable CHROMIUM names, or Debian's.
+fn chromium() -> Result<()> {
+    if std::env::var_os("CHROMIUM").is_some() { Ok(()) } else { install::programs(&["chromium"]) }
 }
 
 /// Node and the packages that the lock file names.
