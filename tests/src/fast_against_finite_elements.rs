@@ -223,7 +223,7 @@ fn decimals(x: f64, count: usize) -> String {
 /// The runs with the forces that the table states of each model.
 ///
 /// # Errors
-/// Other columns, another number of rows, or a force that is no number.
+/// A table with other columns or another number of rows, or a force that is not a number.
 pub fn from_csv(text: &str, runs: Vec<Run>) -> Result<Vec<Entry>, Failure> {
     let mut lines = text.lines();
     let columns = columns();
