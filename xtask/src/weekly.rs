@@ -1,4 +1,4 @@
-//! Steps that take hours: verification at full effort, score counts, fuzzing, mutants. Each has fixed seeds and counts.
+//! Steps that take hours: verification at full effort, score counts, fuzzing, mutants.
 
 use std::process::Command;
 
@@ -58,7 +58,7 @@ pub fn fuzz_for(seconds: u32) -> Result<()> {
     ["file", "step", "calibration"].into_iter().try_for_each(run_target)
 }
 
-/// Faults planted by cargo-mutants: a fixed sample, one after the other; an interrupted run goes on where it was.
+/// Faults planted by cargo-mutants, one after the other; an interrupted run leaves out those that were caught before.
 pub fn mutants() -> Result<()> {
     let program = install::crate_program("cargo-mutants", MUTANTS, "")?;
     run(command(".", &program.display().to_string()).args(["mutants", "--iterate"]).args(MUTATED.split(' ')))
