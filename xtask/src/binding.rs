@@ -18,20 +18,27 @@ const FLAGS: &str = "-Ctarget-cpu=generic";
 const PYTHON: &str = "bindings/python";
 const MUJOCO: &str = "bindings/mujoco";
 const WARP: &str = "bindings/warp";
-/// A tier's environment and its selection of pytest.
+/// A tier's environment, its profile of the wheel and its selection of pytest.
 struct Tests {
+    profile: &'static str,
     environment: &'static str,
     requirements: &'static str,
     selection: &'static str,
 }
 
 const GATE: Tests = Tests {
+    profile: "gate",
     environment: "python",
     requirements: "bindings/requirements-gate.txt",
     selection: "not nightly and not weekly",
 };
-const NIGHTLY: Tests =
-    Tests { environment: "python-nightly", requirements: "bindings/requirements-nightly.txt", selection: "nightly" };
+/// The program inside the wheel solves finite elements, so that the wheel is the one that users install.
+const NIGHTLY: Tests = Tests {
+    profile: "release",
+    environment: "python-nightly",
+    requirements: "bindings/requirements-nightly.txt",
+    selection: "nightly",
+};
 
 /// The Python package without the program: bits of the core, type stubs.
 pub fn python_gate() -> Result<()> {
@@ -50,10 +57,11 @@ pub fn python_nightly() -> Result<()> {
 
 fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {
     // The core without Python, built for the same processors.
-    let native = format!("cargo build --profile gate --locked --example native {features}");
+    let profile = tests.profile;
+    let native = format!("cargo build --profile {profile} --locked --example native {features}");
     run(command(PYTHON, &native).env("RUSTFLAGS", FLAGS))?;
     let mut pytest = pytest(python, PYTHON, tests);
-    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join("target/gate/examples/native"));
+    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join(format!("target/{profile}/examples/native")));
     pytest.env("FINGERPAD_CARGO_PROGRAM", root().join("target/gate/fingerpad")).env_remove("FINGERPAD_PROGRAM");
     run(&mut pytest)
 }
@@ -62,7 +70,8 @@ fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {
 fn wheel(tests: &Tests, features: &str) -> Result<PathBuf> {
     let python = install::python(tests.environment, tests.requirements)?;
     let wheels = tempfile::tempdir()?;
-    let line = format!("{} -m maturin build --profile gate --locked {features} --out", python.display());
+    let (program, profile) = (python.display(), tests.profile);
+    let line = format!("{program} -m maturin build --profile {profile} --locked {features} --out");
     run(command(PYTHON, &line).env("RUSTFLAGS", FLAGS).arg(wheels.path()))?;
     let wheel = fs::read_dir(wheels.path())?.next().context("maturin made no wheel")??.path();
     let listed = output(module(&python, "zipfile --list").arg(&wheel))?;
