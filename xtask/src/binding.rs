@@ -40,19 +40,18 @@ const NIGHTLY: Tests = Tests {
     selection: "nightly",
 };
 
-/// The Python package without the program: bits of the core, type stubs.
+/// The Python package without the program: bits of the core.
 pub fn python_gate() -> Result<()> {
-    let python = wheel(&GATE, "")?;
-    python_tests(&python, &GATE, "")?;
-    run(module(&python, "mypy").args(["--strict", "--package", "fingerpad"]))?;
-    run(module(&python, "mypy.stubtest").arg("fingerpad"))
+    python_tests(&wheel(&GATE, "")?, &GATE, "")
 }
 
-/// The wheel with the program: commands on frames, notebooks.
+/// The wheel with the program: commands on frames, notebooks, type stubs.
 pub fn python_nightly() -> Result<()> {
     let python = wheel(&NIGHTLY, "--features program")?;
     run(&mut rust::cargo("build --bin fingerpad")?)?;
-    python_tests(&python, &NIGHTLY, "--features program")
+    python_tests(&python, &NIGHTLY, "--features program")?;
+    run(module(&python, "mypy").args(["--strict", "--package", "fingerpad"]))?;
+    run(module(&python, "mypy.stubtest").arg("fingerpad"))
 }
 
 fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {

@@ -107,7 +107,21 @@ impl Folder {
         ended(self.command(line).spawn().unwrap())
     }
 
-    /// The same with a text on standard input.
+    /// The same of a process that the system ends after that many seconds of CPU time, which other processes do not change.
+    #[cfg(unix)]
+    pub fn run_limited(&self, line: &str, cpu_s: u32) -> (Option<i32>, String, String) {
+        let limited = format!("ulimit -t {cpu_s}; exec '{}' {line}", env!("CARGO_BIN_EXE_fingerpad"));
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &limited]).current_dir(self.0.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        ended(shell.spawn().unwrap())
+    }
+
+    #[cfg(not(unix))]
+    pub fn run_limited(&self, line: &str, _cpu_s: u32) -> (Option<i32>, String, String) {
+        self.run(line)
+    }
+
+    /// Runs with a text on standard input.
     pub fn piped(&self, line: &str, text: &str) -> (Option<i32>, String, String) {
         let mut child = self.command(line).stdin(Stdio::piped()).spawn().unwrap();
         child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
