@@ -94,13 +94,16 @@ fn embed(sources: &Path, list: &Path) {
     fs::write(list, format!("&[\n{entries}]\n")).expect("a writable folder");
 }
 
-/// The unit as a shared library in `OUT_DIR`; an empty file where there is no C compiler of the usual kind, and where
-/// documentation is made without a network for what the C library needs (docs.rs).
+/// The unit as a shared library in `OUT_DIR`; an empty file where there is no C compiler of the usual kind, where documentation is
+/// made without a network for what the C library needs (docs.rs), and where a build asks for none.
 fn compile_unit(sources: &Path, out: &Path) {
     let target = env::var("TARGET").expect("cargo sets it");
     let unit = out.join("unit");
-    println!("cargo::rerun-if-env-changed=DOCS_RS");
-    if target.contains("windows") || env::var_os("DOCS_RS").is_some() {
+    let without = ["DOCS_RS", "FINGERPAD_FMU_WITHOUT_UNIT"].map(|name| {
+        println!("cargo::rerun-if-env-changed={name}");
+        env::var_os(name).is_some()
+    });
+    if target.contains("windows") || without.contains(&true) {
         fs::write(&unit, []).expect("a writable folder");
         return;
     }

@@ -1,4 +1,4 @@
-//! The Rust steps: format, Clippy, tests, documentation, in one profile and with Clippy as the compiler, so that every crate is built once.
+//! The Rust steps: format, Clippy, tests, documentation, in one profile and with one compiler, `gate-rustc`, so that every crate is built once.
 
 use std::process::Command;
 
@@ -11,15 +11,14 @@ use crate::shell::{command, root, run, sh};
 /// compiled for nothing.
 const TESTS: &str = "test --no-fail-fast --lib --test * --bin xtask --example grip --example haptic";
 
-/// Cargo in the profile of the gate, for all packages. The compiler of this workspace's packages is Clippy's, whose warnings are errors:
-/// its lints cost no second pass.
+/// Cargo in the profile of the gate, for all packages. The compiler of this workspace's packages is Clippy's, whose warnings are errors.
 pub fn cargo(line: &str) -> Result<Command> {
     install::component("clippy", "clippy")?;
     let (verb, more) = line.split_once(' ').unwrap_or((line, ""));
     let mut cargo = command(".", &format!("cargo {verb} --profile gate --workspace {more}"));
     // The format in which `cargo clippy` hands lint levels to its compiler.
     let deny = "-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__";
-    cargo.env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver").env("CLIPPY_ARGS", deny);
+    cargo.env("RUSTC_WORKSPACE_WRAPPER", root().join("xtask/gate-rustc")).env("CLIPPY_ARGS", deny);
     Ok(cargo)
 }
 

@@ -40,11 +40,11 @@ pub fn main(args: &Args) -> Result<()> {
     match args.action.unwrap_or(Action::Build) {
         Action::Build => Ok(()),
         Action::Picture => {
-            chromium()?;
+            pages()?;
             run(command(TEST, "node pictures.js --readme").arg(root().join("docs/pictures/page.png")))
         }
         Action::Bench => {
-            chromium()?;
+            pages()?;
             sh(TEST, "node bench.js")
         }
     }
@@ -62,7 +62,7 @@ pub fn nightly() -> Result<()> {
     let says = refusal(&mut command(TEST, "node build.js"))?;
     ensure!(says.contains("the module imports"), "a module that panics should be refused: {says}");
     build()?;
-    chromium()?;
+    pages()?;
     sh(TEST, "node --test --test-reporter=spec page.test.js")
 }
 
@@ -82,10 +82,14 @@ pub fn book(site: &Path, pictures: Option<&Path>) -> Result<()> {
 pub fn build() -> Result<PathBuf> {
     compile("")?;
     sh(TEST, "node build.js")?;
-    // The program with which the page's bits are compared.
-    sh(WEB, "cargo build --release --locked --package fingerpad-web-reference")?;
     println!("{WEB}/site: python3 -m http.server --directory {WEB}/site");
     Ok(root().join(WEB).join("target/npm"))
+}
+
+/// Chromium, and the program with which the page is compared.
+fn pages() -> Result<()> {
+    sh(WEB, "cargo build --release --locked --package fingerpad-web-reference")?;
+    chromium()
 }
 
 fn compile(extra: &str) -> Result<()> {

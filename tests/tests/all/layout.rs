@@ -9,6 +9,7 @@ const CORE: &str = "fingerpad";
 const FORMATS: &str = "fingerpad-formats";
 const LEAST_SQUARES: &str = "fingerpad-least-squares";
 const LINEAR: &str = "fingerpad-linear";
+const MESH: &str = "fingerpad-mesh";
 const FE: &str = "fingerpad-fe";
 const FMU: &str = "fingerpad-fmu";
 const IDENTIFY: &str = "fingerpad-identify";
@@ -20,15 +21,17 @@ const CLI: &str = "fingerpad-cli";
 const TESTS: &str = "fingerpad-tests";
 const XTASK: &str = "xtask";
 
-const LIBRARIES: &[&str] = &[CORE, FORMATS, LEAST_SQUARES, LINEAR, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
+const LIBRARIES: &[&str] =
+    &[CORE, FORMATS, LEAST_SQUARES, LINEAR, MESH, FE, IDENTIFY, REDUCE, SMOOTH, DIAGNOSE, REPORT, FMU];
 
 /// Each package and the packages of this workspace that it may use, for its library, its build script and its own tests.
-const MAY_USE: [(&str, &[&str]); 14] = [
+const MAY_USE: [(&str, &[&str]); 15] = [
     (CORE, &[]),
     (FORMATS, &[]),
     (LEAST_SQUARES, &[]),
     (LINEAR, &[]),
-    (FE, &[CORE, FORMATS, LEAST_SQUARES, LINEAR]),
+    (MESH, &[FORMATS, LEAST_SQUARES]),
+    (FE, &[CORE, FORMATS, LEAST_SQUARES, LINEAR, MESH]),
     (IDENTIFY, &[DIAGNOSE, FE, FORMATS, LEAST_SQUARES]),
     (REDUCE, &[FE, FORMATS, LEAST_SQUARES, CORE]),
     (SMOOTH, &[CORE, LEAST_SQUARES]),

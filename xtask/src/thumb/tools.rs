@@ -72,8 +72,9 @@ impl Compiler {
     /// `cargo` in a workspace's folder with the environment that the route needs.
     pub fn cargo(&self, folder: &str, line: &str) -> Result<Command> {
         let mut cargo = command(folder, &format!("cargo {line}"));
-        // For every build, since a change of it builds all again; stack sizes and Debian's library need it.
-        cargo.env("RUSTC_BOOTSTRAP", "1");
+        // For every build, since a change of these builds all again: stack sizes and Debian's library need the first, and nothing here
+        // reads debug information.
+        cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO_PROFILE_RELEASE_DEBUG", "0");
         if let Some(linker) = &self.debian_linker {
             let path = std::env::var_os("PATH").unwrap_or_default();
             let path = std::iter::once(linker.clone()).chain(std::env::split_paths(&path));

@@ -10,7 +10,6 @@ mod stress;
 mod tet10;
 
 pub use kernel::{Batch, Constitutive, Forces, Hex8, Tangent, Tet4};
-pub(crate) use shape::HEX_CORNERS;
 pub use shape::{GAUSS_1D_2, gauss_legendre, hex8_gradient, quad4, quad4_gradient};
 pub use stress::ElementStress;
 pub use tet10::Tet10;

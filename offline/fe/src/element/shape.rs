@@ -1,19 +1,9 @@
 //! Shape functions of the 8-node hexahedron and the 4-node quadrilateral; Gauss-Legendre rules.
 
+use fingerpad_mesh::HEX_CORNERS;
+
 /// Abscissa of the two-point Gauss-Legendre rule on [−1, 1]; both weights are 1.
 pub const GAUSS_1D_2: f64 = 0.577_350_269_189_625_8;
-
-/// Corners of the reference hexahedron in VTK_HEXAHEDRON order.
-pub(crate) const HEX_CORNERS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
 
 /// Gradients of the trilinear shape functions at `xi`, shape (8, 3), per unit of the reference cube.
 pub fn hex8_gradient(xi: [f64; 3]) -> [[f64; 3]; 8] {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Config, ConfigError};
 use crate::contact::{Coordinates, Plane, Reach, plane};
-use crate::load_path::{Drive, Finger, Path, neutral_pitch_deg};
+use crate::load_path::{Drive, Finger, Path, neutral_pitch_deg, outline};
 use crate::mesh::FirstTouch;
 
 /// Height up to which skin may touch, share of the deepest press, with a margin, mm: the rim of a contact lies at half
@@ -43,7 +43,7 @@ impl Config {
             let fingertip = fingertip.with_pad_for(&rotations, factor * height_mm);
             return Ok((Finger::new(fingertip, &self.tissue)?, touch));
         }
-        let outline = fingertip.outline();
+        let outline = outline(&fingertip);
         let places = places(paths, neutral_pitch_deg(&touch));
         let frames = places.into_iter().map(|[start, at]| {
             let reach = Reach::new(outline.clone(), body.clone(), &Plane::new(start));

@@ -209,15 +209,13 @@ fn smooth_outline(fingertip: &Fingertip) -> Option<Outline> {
     fingertip.skin.map(|skin| Outline::Smooth(Arc::new(move |normal| skin.lowest(normal))))
 }
 
-impl Fingertip {
-    /// Its undeformed surface: the analytic one, or the nodes of its outer faces.
-    pub fn outline(&self) -> Outline {
-        smooth_outline(self).unwrap_or_else(|| {
-            let quads = self.outer_faces.iter().flatten();
-            let nodes = quads.chain(self.outer_triangles.iter().flatten());
-            Outline::of_points(nodes.map(|&n| self.mesh.nodes[n as usize]).collect(), &self.mesh.nodes)
-        })
-    }
+/// The undeformed surface of a fingertip: the analytic one, or the nodes of its outer faces.
+pub fn outline(fingertip: &Fingertip) -> Outline {
+    smooth_outline(fingertip).unwrap_or_else(|| {
+        let quads = fingertip.outer_faces.iter().flatten();
+        let nodes = quads.chain(fingertip.outer_triangles.iter().flatten()).map(|&n| fingertip.mesh.nodes[n as usize]);
+        Outline::of_points(nodes.collect(), &fingertip.mesh.nodes)
+    })
 }
 
 /// Supports of a finger with such bones, and the nodes that may touch.

@@ -33,7 +33,7 @@ use crate::element::ElementStress;
 pub use beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
 pub use checkpoint::Checkpoint;
 pub use clearance::{Clearance, Obstacle};
-pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg};
+pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg, outline};
 pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};

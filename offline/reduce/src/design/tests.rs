@@ -160,30 +160,6 @@ fn the_finger_that_ships_can_follow_every_path() {
 }
 
 #[test]
-fn shares_part_the_design_and_cost_alike() {
-    let all = default_design();
-    let batches = batches(&all);
-    let whole: f64 = batches.iter().map(Batch::cost).sum();
-    let names = |batches: &[Batch]| -> Vec<String> {
-        batches.iter().flat_map(|b| &b.experiments).map(|e| e.name.clone()).collect()
-    };
-    let mut all_names = names(&batches);
-    all_names.sort();
-    assert_eq!(all_names.len(), all.len());
-    for of in [1, 2, 3, 7, 40, 1000] {
-        let shares: Vec<Vec<Batch>> = (1..=of).map(|k| share(&batches, k, of)).collect();
-        let mut together: Vec<String> = shares.iter().flat_map(|s| names(s)).collect();
-        together.sort();
-        assert_eq!(together, all_names, "{of} shares");
-        let largest = shares.iter().map(|s| s.iter().map(Batch::cost).sum::<f64>()).fold(0.0, f64::max);
-        let batch = batches.iter().map(Batch::cost).fold(0.0, f64::max);
-        // A share is at most one batch above the mean.
-        assert!(largest <= whole / of as f64 + batch, "{of}: {largest} of {whole}");
-        assert!(of > 7 || largest <= 1.02 * whole / of as f64, "{of}: {largest} of {whole}");
-    }
-}
-
-#[test]
 fn settings_that_make_no_design_are_refused_by_name_and_value() {
     let refused = |change: &dyn Fn(&mut DesignSettings), parts: [&str; 2]| {
         let mut settings = DesignSettings::default();

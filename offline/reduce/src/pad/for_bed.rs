@@ -192,36 +192,7 @@ fn followed(
 
 #[cfg(test)]
 mod tests {
-    use fingerpad::Motion;
-    use fingerpad::host::PadModelFile;
-    use fingerpad::pad::PadState;
-
     use super::*;
-    use crate::Kind;
-
-    #[test]
-    fn paths_in_a_pose_stay_in_it_and_press_as_the_pad_does() {
-        let file = PadModelFile::new(include_bytes!("../../data/models/fingertip-pad.fpm")).unwrap();
-        let pad = file.file().pad;
-        let settings = DesignSettings::default();
-        let runs = runs_in_pose(&pad, [55.0, 20.0], &settings, "hash").unwrap();
-        assert!(runs.iter().any(|run| run.held_out) && runs.iter().any(|run| !run.held_out));
-        for run in &runs {
-            assert!(run.is_representable() && run.pose_deg() == Some([55.0, 20.0]), "{}", run.name);
-        }
-        let press = runs.iter().find(|run| run.kind == Kind::Press).unwrap();
-        let deepest = press.samples.iter().max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm)).unwrap();
-        let mut state: PadState<64> = PadState::new(&pad).unwrap();
-        let mut step = |depth_mm| {
-            let motion = Motion { depth_mm, slide_increment_mm: [0.0; 2], spin_increment_rad: 0.0, dt_s: 1e-3 };
-            pad.step(&mut state, &Body::Plane, motion, [55.0, 20.0]).normal_force_n
-        };
-        let steps = 200;
-        let force = (1..=steps).map(|k| step(deepest.depth_mm * k as f32 / steps as f32)).last().unwrap();
-        assert!((force / deepest.normal_force_n - 1.0).abs() < 0.01, "{force} {deepest:?}");
-        let steep = runs_in_pose(&pad, [75.0, 0.0], &settings, "hash").unwrap_err();
-        assert_eq!(steep.to_string(), "pitch of 75°: the pad's range is 10° to 70°");
-    }
 
     #[test]
     fn ratios_are_found_where_there_are_rows_and_smooth_elsewhere() {

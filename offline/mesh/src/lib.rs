@@ -5,10 +5,9 @@
 //! Every mesh is given in the frame of the plane (mm): `z` out of the plane into the finger, `x` the
 //! direction in which the plane is moved from proximal to distal, `y` to the left of it; `z = 0` is the
 //! height of the plane at first touch with the analytic surface (not with its facets).
-//! May use: nothing of this crate.
+//! May use: `fingerpad-formats`, `fingerpad-least-squares`.
 
-// `!(x > 0.0)` refuses NaN as well.
-#![allow(clippy::neg_cmp_op_on_partial_ord)]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)` refuses NaN by its shape")]
 
 pub mod block;
 mod boundary;
@@ -47,3 +46,15 @@ pub use shape::{FingertipShape, Nail};
 pub use skin::Skin;
 pub use symmetry::HalfMesh;
 pub use touching::touching_faces;
+
+/// Corners of the reference hexahedron in VTK_HEXAHEDRON order.
+pub const HEX_CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];

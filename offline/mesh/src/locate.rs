@@ -106,7 +106,7 @@ pub fn below_skin(mesh: &Mesh, [x, y]: [f64; 2], below_mm: f64) -> Option<Vector
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{FingertipShape, MeshPreset, fingertip};
+    use crate::{FingertipShape, MeshPreset, fingertip};
 
     #[test]
     fn points_of_a_fingertip_come_out_of_their_weights() {

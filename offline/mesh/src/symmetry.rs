@@ -165,7 +165,7 @@ fn mirror_nodes(nodes: &[Vector3<f64>]) -> Option<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Divisions, FingertipShape, MeshPreset, fingertip, set};
+    use crate::{Divisions, FingertipShape, MeshPreset, fingertip, set};
 
     #[test]
     fn parametric_fingers_of_even_columns_are_symmetric_and_others_are_left_whole() {

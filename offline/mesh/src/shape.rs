@@ -125,11 +125,11 @@ impl FingertipShape {
     /// One of the built-in shapes, by name.
     pub fn named(name: &str) -> Result<Self, MeshError> {
         let text = match name {
-            "a" => include_str!("../../data/geometry/a.toml"),
-            "b" => include_str!("../../data/geometry/b.toml"),
-            "d" => include_str!("../../data/geometry/d.toml"),
-            "e" => include_str!("../../data/geometry/e.toml"),
-            "base" => include_str!("../../data/geometry/base.toml"),
+            "a" => include_str!("../data/geometry/a.toml"),
+            "b" => include_str!("../data/geometry/b.toml"),
+            "d" => include_str!("../data/geometry/d.toml"),
+            "e" => include_str!("../data/geometry/e.toml"),
+            "base" => include_str!("../data/geometry/base.toml"),
             _ => {
                 let message = format!("no such shape; there are {}", Self::NAMES.join(", "));
                 return Err(MeshError::ShapeFile { name: name.into(), message });

@@ -224,8 +224,8 @@ fn same_cycle<const N: usize>(a: &[u32; N], b: &[u32; N]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::block::{block, into_second_order, into_tets};
-    use crate::mesh::{Fingertip, FingertipShape, MeshPreset, Tie, fingertip};
+    use crate::block::{block, into_second_order, into_tets};
+    use crate::{Fingertip, FingertipShape, MeshPreset, Tie, fingertip};
 
     fn cube() -> Mesh {
         let grid = [0.0, 1.0, 2.0, 3.0];

@@ -4,9 +4,9 @@ use nalgebra::Rotation3;
 
 use super::phantom::Rasteriser;
 use super::*;
-use crate::mesh::closest_point::nearest_on_faces;
-use crate::mesh::surface::Body;
-use crate::mesh::{Mesh, MeshPreset, Region, fingertip, quality, set};
+use crate::closest_point::nearest_on_faces;
+use crate::surface::Body;
+use crate::{Mesh, MeshPreset, Region, fingertip, quality, set};
 
 const EXTENT: [f64; 3] = [32.0, 24.0, 24.0];
 

@@ -58,8 +58,8 @@ pub(super) fn lowest(points: &[Vector3<f64>], inclination_deg: f64, reach_mm: f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::surface::Body;
-    use crate::mesh::{FingertipShape, MeshPreset, fingertip};
+    use crate::surface::Body;
+    use crate::{FingertipShape, MeshPreset, fingertip};
 
     #[test]
     fn nodes_of_the_parametric_meshes_give_the_analytic_touch() {

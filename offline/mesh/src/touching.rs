@@ -96,7 +96,7 @@ impl Fingertip {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Fingertip, FingertipShape, MeshPreset, fingertip};
+    use crate::{Fingertip, FingertipShape, MeshPreset, fingertip};
     use nalgebra::Rotation3;
 
     fn tip(shape: &FingertipShape) -> Fingertip {

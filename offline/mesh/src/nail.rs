@@ -119,7 +119,7 @@ pub(super) fn patch(shape: &FingertipShape, nodes: &[Vector3<f64>], faces: &[[u3
 
 #[cfg(test)]
 mod tests {
-    use crate::mesh::{FingertipShape, MeshPreset, Region, fingertip, quality, set};
+    use crate::{FingertipShape, MeshPreset, Region, fingertip, quality, set};
 
     #[test]
     fn plate_covers_the_nail_to_half_a_face() {

@@ -156,7 +156,7 @@ pub(super) fn graded(count: usize, length: f64, center: f64, reach: f64) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::FingertipShape;
+    use crate::FingertipShape;
 
     #[test]
     fn circle_and_meridian() {

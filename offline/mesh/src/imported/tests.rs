@@ -1,5 +1,5 @@
 use super::*;
-use crate::mesh::{FingertipShape, MeshPreset, Region, fingertip, quality};
+use crate::{FingertipShape, MeshPreset, Region, fingertip, quality};
 use fingerpad_formats::inp;
 use fingerpad_formats::inp_reader;
 use fingerpad_formats::msh;
@@ -65,7 +65,7 @@ fn our_own_files_come_back() {
     assert_eq!(faces(mesh), faces(&tip.mesh));
     assert_eq!(mesh.ties.len(), tip.mesh.ties.len());
     assert_eq!((made.report.merged_nodes, made.report.turned_elements, made.report.unused_nodes), (0, 0, 0));
-    crate::mesh::check(mesh).unwrap();
+    crate::check(mesh).unwrap();
     let radius = made.fingertip.touch.curvature_radius_mm;
     assert!((radius / tip.touch.curvature_radius_mm - 1.0).abs() < 0.2, "{radius}");
 
@@ -77,7 +77,7 @@ fn our_own_files_come_back() {
     assert_eq!((mesh.hexes.len(), mesh.tets.len()), (tip.mesh.hexes.len(), tip.mesh.tets.len()));
     assert_eq!(mesh.pad_faces.len(), tip.mesh.pad_faces.len());
     assert!(mesh.ties.is_empty());
-    crate::mesh::check(mesh).unwrap();
+    crate::check(mesh).unwrap();
 }
 
 /// 3 x 3 x 3 cubes of skin over z = 0, elements numbered from 101, nodes from 1.

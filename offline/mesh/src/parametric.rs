@@ -142,8 +142,8 @@ fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::surface::Body;
-    use crate::mesh::{MeshPreset, QualityReport, quality};
+    use crate::surface::Body;
+    use crate::{MeshPreset, QualityReport, quality};
 
     fn named(name: &str, preset: MeshPreset) -> (FingertipShape, Fingertip, QualityReport) {
         let shape = FingertipShape::named(name).unwrap();
@@ -273,7 +273,7 @@ mod tests {
     /// The silicone fingertip: half a sphere of 8 mm before its core, without a nail.
     #[test]
     fn a_fingertip_of_a_robot_is_round_and_has_no_nail() {
-        let text = include_str!("../../data/geometry/hemisphere.toml");
+        let text = include_str!("../data/geometry/hemisphere.toml");
         let shape = FingertipShape::from_toml("hemisphere.toml", text).unwrap();
         let Fingertip { mesh, outer_faces, touch, .. } = fingertip(&shape, &MeshPreset::Medium.divisions()).unwrap();
         assert!(mesh.tets.is_empty() && mesh.node_set(set::NAIL_FIX).is_empty());

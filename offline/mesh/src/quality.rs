@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Hex, Mesh, Region, Tet, Tet10};
-use crate::element::HEX_CORNERS;
+use crate::HEX_CORNERS;
 
 /// Edges of a hexahedron.
 pub(super) const HEX_EDGES: [[usize; 2]; 12] =
@@ -225,7 +225,7 @@ fn tet_shape(p: &[Vector3<f64>; 4]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::block::{block, into_tets};
+    use crate::block::{block, into_tets};
 
     #[test]
     fn box_and_sheared_box() {

@@ -138,7 +138,7 @@ pub fn into_second_order(mesh: &Mesh) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{check, quality};
+    use crate::{check, quality};
 
     fn sample() -> Mesh {
         block(&[0.0, 1.0, 3.0], &coordinates(-1.0, 1.0, 3, 1.5), &coordinates(0.0, 2.0, 4, 1.0))

@@ -2,8 +2,8 @@
 
 use super::tests::{data, held};
 use super::*;
-use crate::mesh::block::{block, coordinates, into_second_order, into_tets};
-use crate::mesh::{check, quality};
+use crate::block::{block, coordinates, into_second_order, into_tets};
+use crate::{check, quality};
 use fingerpad_formats::{inp, inp_reader, msh, msh_reader};
 
 /// A block of skin of 2 x 3 x 1 mm whose upper face is held.

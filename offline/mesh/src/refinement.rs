@@ -179,8 +179,8 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::mesh::surface::Body;
-    use crate::mesh::{Fingertip, FingertipShape, Mesh, MeshError, MeshPreset, Region, check, fingertip, quality, set};
+    use crate::surface::Body;
+    use crate::{Fingertip, FingertipShape, Mesh, MeshError, MeshPreset, Region, check, fingertip, quality, set};
 
     /// The finger on the coarse mesh, its pad halved this often.
     fn coarse(pad_refinement: usize) -> (FingertipShape, Fingertip) {
