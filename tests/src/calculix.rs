@@ -344,22 +344,31 @@ mod tests {
     use super::*;
 
     /// Measured: 0.04 % with CalculiX's element, 3.4 % with ours.
-    #[test]
-    fn coarse_fingertips_press_like_calculix() {
-        for shape in ["base", "a"] {
-            let case = Case::new(shape, MeshPreset::Coarse);
-            let finger = case.finger();
-            let calculix = press_calculix(&case, &finger, Duration::from_secs(300));
-            for (element, most) in [(Element::C3d8r, 0.002), (Element::MeanDilatation, 0.04)] {
-                for row in press_rows(&case.clone().with(element), &calculix) {
-                    assert!(row.difference().abs() < most, "{}: {row}", case.line(&finger));
-                }
+    fn presses_like_calculix(shape: &'static str) {
+        let case = Case::new(shape, MeshPreset::Coarse);
+        let finger = case.finger();
+        let calculix = press_calculix(&case, &finger, Duration::from_secs(300));
+        for (element, most) in [(Element::C3d8r, 0.002), (Element::MeanDilatation, 0.04)] {
+            for row in press_rows(&case.clone().with(element), &calculix) {
+                assert!(row.difference().abs() < most, "{}: {row}", case.line(&finger));
             }
         }
     }
 
+    #[test]
+    fn a_coarse_fingertip_presses_like_calculix() {
+        presses_like_calculix("base");
+    }
+
+    #[test]
+    #[ignore = "nightly"]
+    fn a_coarse_fingertip_of_another_shape_presses_like_calculix() {
+        presses_like_calculix("a");
+    }
+
     /// A press on a rigid sphere, which CalculiX has as a cap of driven elements.
     #[test]
+    #[ignore = "nightly"]
     fn a_coarse_fingertip_presses_on_a_sphere_like_calculix() {
         for (element, rows) in sphere_rows(&Case::new("a", MeshPreset::Coarse), Duration::from_secs(300)) {
             rows.iter().for_each(|row| assert!(row.passes(), "{element:?}: {row}"));

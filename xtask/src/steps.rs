@@ -185,12 +185,7 @@ impl Step {
             // The co-simulation unit is compiled and tested nightly.
             step.env("FINGERPAD_FMU_WITHOUT_UNIT", "1");
         }
-        let status = step
-            .args(["step", name])
-            .stdin(Stdio::null())
-            .stdout(file.try_clone()?)
-            .stderr(file)
-            .status()?;
+        let status = step.args(["step", name]).stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file).status()?;
         let text = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
         let cpu = text.lines().rev().find_map(|line| line.strip_prefix("cpu ")?.parse().ok()).unwrap_or(f64::NAN);
         let cost = Cost {

@@ -92,6 +92,16 @@ fn stored_files_raise_no_suspicion() {
 /// reported without the warning; in their own roles they are diagnosed without one.
 #[test]
 fn exchanged_files_are_found_and_correct_ones_are_not() {
+    exchanged_files_of(&SimulatorKind::ALL[..1]);
+}
+
+#[test]
+#[ignore = "nightly"]
+fn exchanged_files_of_other_simulators_are_found() {
+    exchanged_files_of(&SimulatorKind::ALL[1..]);
+}
+
+fn exchanged_files_of(simulators: &[SimulatorKind]) {
     let mut refused = 0;
     let mut hidden: Vec<(u64, Hide)> = ["hydration_bell", "temperature", "speed_log", "subject_size", "viscous_drag"]
         .iter()
@@ -100,7 +110,7 @@ fn exchanged_files_are_found_and_correct_ones_are_not() {
         .collect();
     hidden.push((6, Hide::Law(place("tare_bias"))));
     hidden.push((7, Hide::Nothing));
-    for simulator in SimulatorKind::ALL {
+    for &simulator in simulators {
         for &(seed, hide) in &hidden {
             let case = case(simulator, Protocol::Plane, seed, hide, 0);
             let run = |c: &RunSet, m: &RunSet| try_run(c, m, None, PlanConstraints::default());
@@ -120,6 +130,7 @@ fn exchanged_files_are_found_and_correct_ones_are_not() {
             }
         }
     }
-    println!("{refused} of {} refused", 2 * hidden.len());
-    assert!(refused >= 8, "{refused}");
+    let all = simulators.len() * hidden.len();
+    println!("{refused} of {all} refused");
+    assert!(7 * refused >= 4 * all, "{refused} of {all}");
 }
