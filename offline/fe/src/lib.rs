@@ -5,7 +5,7 @@
 //! trajectory of responses), [`experiment`] (press to depths and slide), [`compare_ccx`] (the same problem for
 //! CalculiX). Main types: [`mesh::Fingertip`], [`load_path::Finger`], [`load_path::Path`], [`load_path::Trajectory`].
 //! Units everywhere: mm, N, s, MPa, mJ, tonne.
-//! May use: `fingerpad-formats`, `fingerpad-least-squares`, `fingerpad-linear`, `fingerpad-mesh`; `fingerpad` for the spellings of regime and status.
+//! May use: `fingerpad-formats`, `fingerpad-linear`, `fingerpad-mesh`; `fingerpad` for the spellings of regime and status.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(x > 0.0)` refuses NaN by its shape")]
 
