@@ -3,6 +3,7 @@
 //! Main type: [`Action`]. Also opens the pages of the book. Uses `thumb::tools` for the compiler and `install` for what is missing.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use clap::Subcommand;
@@ -53,6 +54,8 @@ pub fn main(args: &Args) -> Result<()> {
 /// The module and the npm package in Node.
 pub fn gate() -> Result<()> {
     build()?;
+    // Its bits, not its speed.
+    run(reference().env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16"))?;
     sh(TEST, "node --test --test-reporter=spec package.test.js")
 }
 
@@ -88,8 +91,13 @@ pub fn build() -> Result<PathBuf> {
 
 /// Chromium, and the program with which the page is compared.
 fn pages() -> Result<()> {
-    sh(WEB, "cargo build --release --locked --package fingerpad-web-reference")?;
+    run(&mut reference())?;
     chromium()
+}
+
+/// Builds the program that has the bits of the core on the host.
+fn reference() -> Command {
+    command(WEB, "cargo build --release --locked --package fingerpad-web-reference")
 }
 
 fn compile(extra: &str) -> Result<()> {
