@@ -2,7 +2,7 @@
 //!
 //! Main type: [`Ride`]. The same code in single and double precision.
 
-use fingerpad::pad::{Pad, PadState, Surface};
+use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere, Surface};
 use fingerpad::{Elementary, Error, Motion, Response, Status};
 
 use crate::random::Random;
@@ -172,4 +172,17 @@ pub fn least_work<B: Surface<f64> + Clone>(
         least = least.min(work / exchanged);
     }
     Ok(least)
+}
+
+/// [`least_work`] on each kind of body.
+///
+/// # Errors
+/// Those of [`PadState::new`].
+pub fn least_work_on_bodies(pad: Pad<'_, f64>, paths: usize) -> Result<[(&'static str, f64); 4], Error> {
+    Ok([
+        ("plane", least_work(pad, &Plane, paths, 300)?),
+        ("sphere of 8 mm", least_work(pad, &Sphere { radius_mm: 8.0 }, paths, 300)?),
+        ("cylinder of 10 mm", least_work(pad, &Cylinder::new(10.0, 53.0), paths, 300)?),
+        ("edge of 2 mm", least_work(pad, &Edge::new(2.0, 53.0, 106.0), 4 * paths, 300)?),
+    ])
 }

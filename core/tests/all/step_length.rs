@@ -111,8 +111,18 @@ fn apart<const M: usize>(data: &DataOf<M, NODES>, noise_mm: f32, [few, many]: [u
 /// Random paths of legs of about 1 mm, all axes at once, with and without noise of 1 um on the depth.
 #[test]
 fn random_paths_converge_with_the_number_of_steps() {
+    converge(&[[100, 1000], [1000, 10_000]]);
+}
+
+#[test]
+#[ignore = "nightly"]
+fn random_paths_of_short_steps_converge() {
+    converge(&[[10_000, 100_000]]);
+}
+
+fn converge(counts: &[[u32; 2]]) {
     for noise_mm in [0.0, 1e-3] {
-        for steps in [[100, 1000], [1000, 10_000], [10_000, 100_000]] {
+        for &steps in counts {
             let [rms, most] = apart(&shipped(), noise_mm, steps);
             println!("noise {noise_mm} mm, {steps:?} steps: {rms:.4} % of the limit, at most {most:.3} %");
             // First order in the length of a step, down to the slack of 4 nm.

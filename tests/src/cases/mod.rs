@@ -98,7 +98,7 @@ macro_rules! for_each_case {
                 full twist "0.1 to 1 N: the largest moment, alone and with friction, against measurements",
             }
             geometry "other geometries" {
-                gate volume "a phantom volume's mesh against the parametric one, E and A",
+                nightly volume "a phantom volume's mesh against the parametric one, E and A",
                 gate imported "files read back, a mesh by Gmsh: the press",
             }
             hemisphere "the silicone fingertip" {
@@ -183,7 +183,7 @@ macro_rules! for_each_case {
                 gate saint_venant_kirchhoff_uniaxial,
             }
             long_runs "runs that are stopped, limits of driven forces, depth in every pose, loads that are refused" {
-                gate a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit,
+                nightly a_run_that_was_stopped_and_resumed_finds_the_same_numbers_to_the_last_bit,
                 gate a_checkpoint_of_another_run_is_not_used,
                 gate progress_is_reported_and_an_interruption_acts_within_an_increment,
                 gate a_driven_friction_beyond_the_limit_ends_soon_with_the_number,

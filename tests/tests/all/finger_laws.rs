@@ -51,7 +51,17 @@ fn a_finger_that_relaxes_in_every_file_misses_nothing() {
 /// What is missing is named beside the finger's own laws.
 #[test]
 fn a_missing_effect_is_named_beside_the_fingers_own_laws() {
-    for (seed, law) in [(520, "tare_bias"), (521, "temperature"), (522, "stiffness_drift")] {
+    named_beside_the_fingers_own_laws(&[(521, "temperature")]);
+}
+
+#[test]
+#[ignore = "nightly"]
+fn other_missing_effects_are_named_beside_the_fingers_own_laws() {
+    named_beside_the_fingers_own_laws(&[(520, "tare_bias"), (522, "stiffness_drift")]);
+}
+
+fn named_beside_the_fingers_own_laws(laws: &[(u64, &str)]) {
+    for &(seed, law) in laws {
         let report = diagnosed(&hidden(SimulatorKind::Third, seed, Some(law), 0.3));
         let named: Vec<&str> = report.effects.iter().map(|e| e.law.as_str()).collect();
         assert_eq!(report.verdict, Verdict::Named, "{law}: {named:?}");

@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use fingerpad::host::PadModelFile;
-use fingerpad::pad::{Cylinder, Edge, Plane, Sphere};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadMeta, PadModel, score_runs};
 use fingerpad_reduce::{Kind, Run};
-use fingerpad_tests::pads::{held_load, least_work};
+use fingerpad_tests::pads::{held_load, least_work_on_bodies};
 use fingerpad_tests::verify;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -78,14 +77,7 @@ fn a_held_load_is_the_same_after_a_thousand_cycles() {
 #[test]
 fn closed_paths_in_six_coordinates_yield_no_work() {
     let model = PadModel::of(&shipped().file().pad);
-    let pad = model.pad();
-    let work = [
-        ("plane", least_work(pad, &Plane, 10, 300)),
-        ("sphere of 8 mm", least_work(pad, &Sphere { radius_mm: 8.0 }, 10, 300)),
-        ("cylinder of 10 mm", least_work(pad, &Cylinder::new(10.0, 53.0), 10, 300)),
-        ("edge of 2 mm", least_work(pad, &Edge::new(2.0, 53.0, 106.0), 40, 300)),
-    ];
-    for (name, least) in work {
-        verify(name, "work gained over work exchanged", -least.unwrap(), 1e-3);
+    for (name, least) in least_work_on_bodies(model.pad(), 10).unwrap() {
+        verify(name, "work gained over work exchanged", -least, 1e-3);
     }
 }

@@ -182,6 +182,25 @@ fn effects_act_under_a_spin() {
 
 #[test]
 fn an_output_replaces_only_what_the_same_command_wrote() {
+    replaces_only_its_own(&[
+        ("r.csv", "eval --path p.csv"),
+        ("s.csv", SIMULATE),
+        ("m.rs", "export --format rust"),
+        ("m.json", "export --format json"),
+        ("", "reduce --restarts 0"),
+    ]);
+}
+
+/// The gate compiles no co-simulation unit.
+#[test]
+#[ignore = "nightly"]
+fn a_unit_replaces_only_a_unit() {
+    replaces_only_its_own(&[("m.fmu", "export --format fmu")]);
+}
+
+const SIMULATE: &str = "simulate --path p.csv --config c.toml";
+
+fn replaces_only_its_own(commands: &[(&str, &str)]) {
     let folder = Folder::with(&[
         ("p.csv", &press_and_slide(0.2, &[])),
         ("c.toml", COARSE),
@@ -189,15 +208,7 @@ fn an_output_replaces_only_what_the_same_command_wrote() {
         ("measured.csv", "run_id,t_s\na,0\n"),
     ]);
     folder.write("model.fpm", SHIPPED);
-    let simulate = "simulate --path p.csv --config c.toml";
-    for (own, command) in [
-        ("r.csv", "eval --path p.csv"),
-        ("s.csv", simulate),
-        ("m.rs", "export --format rust"),
-        ("m.json", "export --format json"),
-        ("m.fmu", "export --format fmu"),
-        ("", "reduce --restarts 0"),
-    ] {
+    for &(own, command) in commands {
         for foreign in ["model.fpm", "README.md", "measured.csv", "p.csv"] {
             let before = folder.bytes(foreign);
             folder.refused(&format!("{command} --out {foreign}"), &[&format!("--out {foreign}")]);
@@ -217,14 +228,21 @@ fn an_output_replaces_only_what_the_same_command_wrote() {
             folder.refused(&format!("{command} --out p.csv --force"), &["would overwrite p.csv"]);
         }
     }
+}
+
+#[test]
+fn a_file_of_another_finger_or_of_a_slower_command_stays() {
+    let folder = Folder::with(&[("p.csv", &press_and_slide(0.2, &[])), ("c.toml", COARSE)]);
+    folder.write("model.fpm", SHIPPED);
     let finger = "finger --mesh-preset coarse --estimate --out .";
     folder.refused(finger, &["model.fpm", "not a model of this finger"]);
     assert_eq!(folder.bytes("model.fpm"), SHIPPED);
     // A response of the finite elements took longer than eval's.
+    folder.done(&format!("{SIMULATE} --out s.csv"));
     folder.refused("eval --path p.csv --out s.csv", &["--out s.csv", "--force"]);
     for kept in ["kept.partial.csv", "kept.checkpoint"] {
         folder.write(kept, "mine\n");
-        folder.refused(&format!("{simulate} --out kept.csv"), &[kept]);
+        folder.refused(&format!("{SIMULATE} --out kept.csv"), &[kept]);
         fs::remove_file(folder.path(kept)).unwrap();
     }
 }

@@ -1,6 +1,6 @@
 //! A pad along a path of waypoints, driven by displacements or forces, in every pose and on every body.
 
-use fingerpad::pad::{Pad, PadState, Surface};
+use fingerpad::pad::{Body, Pad, PadState, Surface};
 use fingerpad::{Motion, Response, Status};
 use fingerpad_fe::load_path::{Drive, Path};
 
@@ -26,11 +26,7 @@ const LONGEST_MM: f64 = 0.2;
 ///
 /// # Errors
 /// [`PathError`] for one slide driven by displacement and the other by force, for moments, and for a row that no finger can follow.
-pub fn simulate_path_on_pad(
-    pad: &Pad<'_>,
-    body: &impl Surface<f32>,
-    path: &Path,
-) -> Result<Vec<TrajectoryRow>, PathError> {
+pub fn simulate_path_on_pad(pad: &Pad<'_>, body: &Body, path: &Path) -> Result<Vec<TrajectoryRow>, PathError> {
     check_drives(path)?;
     if let Some((k, problem)) = (0..path.waypoints.len()).find_map(|k| path.refused(k).map(|problem| (k, problem))) {
         return Err(PathError::Row { row: k + 1, problem });
