@@ -42,25 +42,25 @@ const NIGHTLY: Tests = Tests {
 
 /// The Python package without the program: bits of the core.
 pub fn python_gate() -> Result<()> {
-    python_tests(&wheel(&GATE, "")?, &GATE, "")
+    python_tests(&wheel(&GATE, "")?, &GATE)
 }
 
 /// The wheel with the program: commands on frames, notebooks, type stubs.
 pub fn python_nightly() -> Result<()> {
     let python = wheel(&NIGHTLY, "--features program")?;
     run(&mut rust::cargo("build --bin fingerpad")?)?;
-    python_tests(&python, &NIGHTLY, "--features program")?;
+    python_tests(&python, &NIGHTLY)?;
     run(module(&python, "mypy").args(["--strict", "--package", "fingerpad"]))?;
     run(module(&python, "mypy.stubtest").arg("fingerpad"))
 }
 
-fn python_tests(python: &Path, tests: &Tests, features: &str) -> Result<()> {
+fn python_tests(python: &Path, tests: &Tests) -> Result<()> {
     // The core without Python, built for the same processors.
     let profile = tests.profile;
-    let native = format!("cargo build --profile {profile} --locked --example native {features}");
+    let native = format!("cargo build --profile {profile} --locked --package fingerpad-native");
     run(command(PYTHON, &native).env("RUSTFLAGS", FLAGS))?;
     let mut pytest = pytest(python, PYTHON, tests);
-    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join(format!("target/{profile}/examples/native")));
+    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join(format!("target/{profile}/fingerpad-native")));
     pytest.env("FINGERPAD_CARGO_PROGRAM", root().join("target/gate/fingerpad")).env_remove("FINGERPAD_PROGRAM");
     run(&mut pytest)
 }

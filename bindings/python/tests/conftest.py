@@ -50,12 +50,12 @@ def vectors() -> list[tuple[list[float], list[int]]]:
 
 @pytest.fixture(scope="session")
 def native() -> Path:
-    """The example `native` of this package: the path in FINGERPAD_NATIVE, or built here."""
+    """The program `fingerpad-native` of this workspace: the path in FINGERPAD_NATIVE, or built here."""
     if there := os.environ.get("FINGERPAD_NATIVE"):
         return Path(there)
     package = ROOT / "bindings/python"
-    subprocess.run(["cargo", "build", "--release", "--example", "native"], cwd=package, check=True)
-    return package / "target/release/examples/native"
+    subprocess.run(["cargo", "build", "--release", "--package", "fingerpad-native"], cwd=package, check=True)
+    return package / "target/release/fingerpad-native"
 
 
 @pytest.fixture(scope="session")
