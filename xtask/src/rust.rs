@@ -66,8 +66,12 @@ pub fn tests() -> Result<()> {
 /// Ignored tests but those of [`WEEKLY`].
 pub fn slow_tests() -> Result<()> {
     install::peers()?;
-    let skip: String = WEEKLY.iter().map(|name| format!(" --skip {name}")).collect();
-    cases(512, &format!("{TESTS} -- --ignored{skip}"))
+    cases(512, &format!("{TESTS} -- --ignored{}", weekly_skipped()))
+}
+
+/// Options that leave out the tests of [`WEEKLY`].
+pub fn weekly_skipped() -> String {
+    WEEKLY.iter().map(|name| format!(" --skip {name}")).collect()
 }
 
 /// The ignored tests of [`WEEKLY`].

@@ -5,8 +5,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::install;
 use crate::shell::{command, output, root, run, sh, succeeds};
+use crate::{install, rust};
 
 /// Seconds for each target of the fuzzer.
 pub const FUZZ_SECONDS: u32 = 600;
@@ -62,8 +62,9 @@ pub fn fuzz_for(seconds: u32) -> Result<()> {
 
 /// Faults planted by cargo-mutants in a sample of [`SAMPLE`], evenly spread over the list of all: by the tests of the package, those that
 /// pass by all Rust tests of the gate, and those that pass again by the nightly ones. Each is the next pass of the same list, so that an
-/// interrupted run goes on.
+/// interrupted run goes on. Each pass first runs its tests without a fault: one that fails there would catch every mutant.
 pub fn mutants() -> Result<()> {
+    install::peers()?;
     let program = install::crate_program("cargo-mutants", MUTANTS, "")?.display().to_string();
     let files: Vec<&str> =
         std::iter::once("--workspace").chain(MUTATED.iter().flat_map(|files| ["-f", files])).collect();
@@ -74,18 +75,20 @@ pub fn mutants() -> Result<()> {
     let names: Vec<String> = sample.map(|name| format!("--re=^{}$", escaped(name))).collect();
     println!("{} of {} mutants", names.len(), all.len());
     let out = root().join("target/mutants");
+    let nightly = format!("-- -- --ignored{}", rust::weekly_skipped());
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::iter::once(root().join("target/gmsh/bin")).chain(std::env::split_paths(&path));
+    let path = std::env::join_paths(path)?;
     for (what, scope, tests) in [
         ("the package's own tests", "--test-workspace=false", ""),
         ("the gate", "--test-workspace=true", ""),
-        ("nightly", "--test-workspace=true", "-- -- --ignored"),
+        ("nightly", "--test-workspace=true", nightly.as_str()),
     ] {
         let mut mutants = command(".", &program);
-        mutants
-            .args(["mutants", "--iterate", "--baseline=skip", "--timeout=1800", "--profile=gate", scope])
-            .args(&files);
+        mutants.args(["mutants", "--iterate", "--profile=gate", scope]).args(&files);
         mutants.arg("--output").arg(&out).args(&names).args(tests.split_whitespace());
-        // As in the gate, but a lint is no failure.
-        mutants.env("RUSTC_WORKSPACE_WRAPPER", root().join("xtask/gate-rustc")).env("FINGERPAD_FMU_WITHOUT_UNIT", "1");
+        // As in the gate, but a lint is no failure. The copy that is mutated has no folder `target` with Gmsh.
+        mutants.env("RUSTC_WORKSPACE_WRAPPER", root().join("xtask/gate-rustc")).env("PATH", &path);
         let status = mutants.status()?;
         let missed = fs::read_to_string(out.join("mutants.out/missed.txt")).unwrap_or_default();
         println!("{what}: {} missed\n{missed}", missed.lines().count());

@@ -26,7 +26,7 @@ fn python() -> PathBuf {
         Command::new(python).args(["-c", "import gmsh"]).output().is_ok_and(|done| done.status.success())
     };
     let found = candidates.into_iter().find(has_gmsh);
-    found.expect("Gmsh for Python: `cargo xtask test --only integration` installs it, or `pip install gmsh`")
+    found.expect("Gmsh for Python: `cargo xtask test --only tests` installs it, or `pip install gmsh`")
 }
 
 fn recipe(folder: &Path, arguments: &[&str]) -> Output {
