@@ -93,7 +93,7 @@
 #define FINGERPAD_BODY_EDGE 3
 
 // Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
-#define FINGERPAD_PAD_STATE_BYTES 1264
+#define FINGERPAD_PAD_STATE_BYTES 1336
 
 // Bytes of a saved state.
 #define FINGERPAD_STATE_BYTES 120
@@ -191,21 +191,29 @@ typedef struct {
 
 // Forces that the plane exerts on the finger, and how far the contact is from slipping.
 typedef struct {
-  // Normal force, N, not negative.
+  // Force along the normal, N. Negative where stuck flanks of a curved body pull.
   float normal_force_n;
-  // Friction along x, N; it points along the plane's motion.
+  // Force along x, N; friction points along the body's motion. On a curved body the pressure on its slopes is part of it.
   float friction_x_n;
-  // Friction along y, N.
+  // Force along y, N.
   float friction_y_n;
+  // Friction alone along x, N: the sum of the tangential tractions. On a plane the force along x.
+  float tangential_friction_x_n;
+  // Friction alone along y, N.
+  float tangential_friction_y_n;
   // Stuck area over contact area: 1 in a fresh contact, 0 in full slip and without contact.
   float stick_ratio;
   // Largest friction in the direction of the present one, N.
   float friction_limit_n;
-  // 1 less the share of its limit that the load uses; with spin the load is friction and moment together. 0 without contact.
+  // 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
   float slip_margin;
   // Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
   float spin_moment_n_mm;
-  // Centre of pressure along x from the point under first touch, mm.
+  // Moment of all forces about x through the point under first touch, N mm.
+  float tilt_moment_x_n_mm;
+  // Moment of all forces about y through the point under first touch, N mm.
+  float tilt_moment_y_n_mm;
+  // Centre of pressure along x from the point under first touch, mm; 0 where the normal force is not positive.
   float pressure_centre_x_mm;
   // Centre of pressure along y from the point under first touch, mm.
   float pressure_centre_y_mm;
@@ -216,9 +224,9 @@ typedef struct {
   // Half-width of the 95 % band of each friction component, N.
   float band_friction_n;
   // FINGERPAD_NO_CONTACT, FINGERPAD_STICK, FINGERPAD_PARTIAL_SLIP or FINGERPAD_SLIP.
-  uint16_t regime;
+  uint32_t regime;
   // Flags FINGERPAD_STATUS_..., 0 for none.
-  uint16_t status;
+  uint32_t status;
 } fingerpad_response;
 
 // The same of a contact that also spins. Set it up with `fingerpad_spin_state_init`.
@@ -378,7 +386,7 @@ typedef struct {
   float roll_max_deg;
   // Checksum of the numbers; a saved state contains it.
   uint32_t checksum;
-  // Bytes of a saved state: 940 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+  // Bytes of a saved state: 1012 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
   uint32_t state_bytes;
   // The file's description, JSON in UTF-8 without an end mark, inside the file.
   const char *meta;
@@ -386,13 +394,13 @@ typedef struct {
   size_t meta_length;
 } fingerpad_pad_info;
 
-// All that a contact of a pad remembers: 1256 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+// All that a contact of a pad remembers: 1328 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
 // without a rebuild. A pad of up to 37 patches, the usual number, uses the first 932 bytes and a step made for so many,
 // which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 // one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 // rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[314];
+  uint32_t opaque[332];
 } fingerpad_pad_state;
 
 // The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers
@@ -461,7 +469,7 @@ typedef struct {
   float normal_force_n;
   // FINGERPAD_STATUS_LOAD_NOT_REACHED if not even the largest depth holds the load, FINGERPAD_STATUS_BAD_INPUT if a number
   // was none; 0 otherwise.
-  uint16_t status;
+  uint32_t status;
 } fingerpad_grip;
 
 // When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of successive looks

@@ -87,7 +87,7 @@ using Patch = fingerpad_patch;
 using Event = fingerpad_event;
 using WatchSettings = fingerpad_watch_settings;
 
-enum class Regime : std::uint16_t {
+enum class Regime : std::uint32_t {
     no_contact = FINGERPAD_NO_CONTACT,
     stick = FINGERPAD_STICK,
     partial_slip = FINGERPAD_PARTIAL_SLIP,
@@ -95,7 +95,7 @@ enum class Regime : std::uint16_t {
 };
 
 /* Flags of `Response::status`. */
-enum class Flag : std::uint16_t {
+enum class Flag : std::uint32_t {
     bad_input = FINGERPAD_STATUS_BAD_INPUT,
     bad_time_step = FINGERPAD_STATUS_BAD_TIME_STEP,
     depth_above_range = FINGERPAD_STATUS_DEPTH_ABOVE_RANGE,
@@ -112,7 +112,7 @@ constexpr Regime regime(const Response &response) noexcept { return static_cast<
 
 constexpr bool has(const Response &response, Flag flag) noexcept
 {
-    return (response.status & static_cast<std::uint16_t>(flag)) != 0;
+    return (response.status & static_cast<std::uint32_t>(flag)) != 0;
 }
 
 /* The first `length` bytes of a model file that is a constant of words (fingertip_fpm.h); at most all of them. */

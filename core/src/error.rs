@@ -105,6 +105,12 @@ pub enum Field {
     /// Lead of slip along x.
     SlipLead,
     PressureCentre,
+    /// Radius of a rigid body, mm.
+    Radius,
+    /// Direction of the axis of a rigid body, degrees.
+    Axis,
+    /// Angle between the faces of an edge, degrees.
+    FaceAngle,
     PressCoupling,
     TiltX,
     OddStiffness,

@@ -40,6 +40,13 @@ impl Regime {
         }
     }
 
+    /// The regime of a number, as `regime as u32` gives it.
+    pub fn numbered(number: u32) -> Option<Self> {
+        [Self::NoContact, Self::Stick, Self::PartialSlip, Self::Slip]
+            .into_iter()
+            .find(|regime| *regime as u32 == number)
+    }
+
     /// The spelling used in files: `no_contact`, `stick`, `partial_slip` or `slip`.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -72,10 +79,10 @@ impl core::str::FromStr for Regime {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(transparent))]
-pub struct Status(pub u16);
+pub struct Status(pub u32);
 
 bitflags::bitflags! {
-    impl Status: u16 {
+    impl Status: u32 {
         /// The solver had to pass a limit point of the structure with viscous stabilisation.
         const STABILISED = 1;
         /// Depth or slide was NaN or infinite; the step was taken without it, as if that axis stood still.

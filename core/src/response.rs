@@ -1,7 +1,8 @@
 //! Input and output of a step.
 //!
-//! Main types: [`Motion`], [`Response`], [`ForceResponse`]. Uses regime.
+//! Main types: [`Motion`], [`Response`], [`ForceResponse`]. Uses regime and math.
 
+use crate::math::Scalar;
 use crate::{Regime, Status};
 
 /// Motion of the plane in one step.
@@ -30,22 +31,26 @@ pub struct Motion<T = f32> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Response<T = f32> {
-    /// Normal force, N, >= 0.
+    /// Force along the normal, N. Negative where stuck flanks of a curved body pull; never on a plane.
     pub normal_force_n: T,
-    /// Friction along x and y, N; points along the plane's motion.
+    /// Force along x and y, N; friction points along the body's motion. On a curved body the pressure on its slopes is part of it.
     pub friction_n: [T; 2],
+    /// Friction alone along x and y, N: the sum of the tangential tractions. On a plane the force along x and y.
+    pub tangential_friction_n: [T; 2],
     /// Stuck area over contact area: 1 in a fresh contact, 0 in full slip and without contact.
     pub stick_ratio: T,
     /// Largest friction in the direction of the present one, N.
     pub friction_limit_n: T,
-    /// 1 less the share of its limit that the load uses, 0 to 1. With spin the load is friction and moment together. 0 without
+    /// 1 less the share of its limit that friction uses, 0 to 1. With spin the load is friction and its moment together. 0 without
     /// contact, which holds no load: a grip controller then closes.
     pub slip_margin: T,
     /// Moment about the plane's normal through the point under first touch, N mm, positive as the plane turns the finger
     /// counter-clockwise seen from above. Without spin that of friction along y alone.
     pub spin_moment_n_mm: T,
-    /// Centre of pressure along x and y from the point under first touch, mm. Times the normal force it gives the moments:
-    /// M_x = N y, M_y = −N x.
+    /// Moments M_x and M_y of all forces through the point under first touch, N mm.
+    pub tilt_moment_n_mm: [T; 2],
+    /// Centre of pressure along x and y from the point under first touch, mm: M_x = N y, M_y = −N x. 0 where the normal force is not
+    /// positive.
     pub pressure_centre_mm: [T; 2],
     /// Contact area, mm².
     pub contact_area_mm2: T,
@@ -64,10 +69,12 @@ impl Response {
     pub const IN_THE_AIR: Self = Self {
         normal_force_n: 0.0,
         friction_n: [0.0; 2],
+        tangential_friction_n: [0.0; 2],
         stick_ratio: 0.0,
         friction_limit_n: 0.0,
         slip_margin: 0.0,
         spin_moment_n_mm: 0.0,
+        tilt_moment_n_mm: [0.0; 2],
         pressure_centre_mm: [0.0; 2],
         contact_area_mm2: 0.0,
         band_normal_n: 0.0,
@@ -75,6 +82,15 @@ impl Response {
         regime: Regime::NoContact,
         status: Status::OK,
     };
+}
+
+impl<T: Scalar> Response<T> {
+    /// The same on a plane: all force along it is friction, and the normal force acts at its centre.
+    #[inline(always)]
+    pub(crate) fn on_plane(self) -> Self {
+        let (normal, [x, y]) = (self.normal_force_n, self.pressure_centre_mm);
+        Self { tangential_friction_n: self.friction_n, tilt_moment_n_mm: [normal * y, -(normal * x)], ..self }
+    }
 }
 
 /// The part of a [`Response`] that needs no history of slip; see [`crate::ModelOf::step_forces`]. Its fields are those of the response.

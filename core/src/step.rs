@@ -177,7 +177,7 @@ fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
     };
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     let area = at.row.area.at(at.t);
-    model.units.response(Response {
+    let response = Response {
         normal_force_n: normal.not_negative(),
         friction_n: friction,
         stick_ratio,
@@ -190,7 +190,9 @@ fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
         band_friction_n: at.limit * band(&data.band_friction),
         regime: regime_of(stick_ratio),
         status,
-    })
+        ..Response::default()
+    };
+    model.units.response(response).on_plane()
 }
 
 /// Friction over the friction limit in its direction; `along` and `across` are friction over the strength.

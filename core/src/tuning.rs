@@ -96,8 +96,10 @@ impl<T: Scalar> Units<T> {
         Response {
             normal_force_n: of.normal_force_n * force,
             friction_n: of.friction_n.map(|f| f * force),
+            tangential_friction_n: of.tangential_friction_n.map(|f| f * force),
             friction_limit_n: of.friction_limit_n * force,
             spin_moment_n_mm: of.spin_moment_n_mm * (force * length),
+            tilt_moment_n_mm: of.tilt_moment_n_mm.map(|m| m * (force * length)),
             pressure_centre_mm: of.pressure_centre_mm.map(|x| x * length),
             contact_area_mm2: of.contact_area_mm2 * (length * length),
             band_normal_n: of.band_normal_n * force,

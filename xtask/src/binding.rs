@@ -18,27 +18,20 @@ const FLAGS: &str = "-Ctarget-cpu=generic";
 const PYTHON: &str = "bindings/python";
 const MUJOCO: &str = "bindings/mujoco";
 const WARP: &str = "bindings/warp";
-/// A tier's environment, its profile of the wheel and its selection of pytest.
+/// A tier's environment and its selection of pytest.
 struct Tests {
-    profile: &'static str,
     environment: &'static str,
     requirements: &'static str,
     selection: &'static str,
 }
 
 const GATE: Tests = Tests {
-    profile: "gate",
     environment: "python",
     requirements: "bindings/requirements-gate.txt",
     selection: "not nightly and not weekly",
 };
-/// The program inside the wheel solves finite elements, so that the wheel is the one that users install.
-const NIGHTLY: Tests = Tests {
-    profile: "release",
-    environment: "python-nightly",
-    requirements: "bindings/requirements-nightly.txt",
-    selection: "nightly",
-};
+const NIGHTLY: Tests =
+    Tests { environment: "python-nightly", requirements: "bindings/requirements-nightly.txt", selection: "nightly" };
 
 /// The Python package without the program: bits of the core.
 pub fn python_gate() -> Result<()> {
@@ -56,11 +49,9 @@ pub fn python_nightly() -> Result<()> {
 
 fn python_tests(python: &Path, tests: &Tests) -> Result<()> {
     // The core without Python, built for the same processors.
-    let profile = tests.profile;
-    let native = format!("cargo build --profile {profile} --locked --package fingerpad-native");
-    run(command(PYTHON, &native).env("RUSTFLAGS", FLAGS))?;
+    run(command(PYTHON, "cargo build --profile gate --locked --package fingerpad-native").env("RUSTFLAGS", FLAGS))?;
     let mut pytest = pytest(python, PYTHON, tests);
-    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join(format!("target/{profile}/fingerpad-native")));
+    pytest.env("FINGERPAD_NATIVE", root().join(PYTHON).join("target/gate/fingerpad-native"));
     pytest.env("FINGERPAD_CARGO_PROGRAM", root().join("target/gate/fingerpad")).env_remove("FINGERPAD_PROGRAM");
     run(&mut pytest)
 }
@@ -69,8 +60,7 @@ fn python_tests(python: &Path, tests: &Tests) -> Result<()> {
 fn wheel(tests: &Tests, features: &str) -> Result<PathBuf> {
     let python = install::python(tests.environment, tests.requirements)?;
     let wheels = tempfile::tempdir()?;
-    let (program, profile) = (python.display(), tests.profile);
-    let line = format!("{program} -m maturin build --profile {profile} --locked {features} --out");
+    let line = format!("{} -m maturin build --profile gate --locked {features} --out", python.display());
     run(command(PYTHON, &line).env("RUSTFLAGS", FLAGS).arg(wheels.path()))?;
     let wheel = fs::read_dir(wheels.path())?.next().context("maturin made no wheel")??.path();
     let listed = output(module(&python, "zipfile --list").arg(&wheel))?;

@@ -137,14 +137,10 @@ fn header_is_current() -> Result<()> {
 
 /// Writes the story, and the core's answers to it, into `folder`.
 pub fn tell_story(folder: &Path) -> Result<()> {
-    let line =
-        format!("cargo run --quiet --release --locked --package fingerpad-story -- ../../{MODEL} ../../{CORRECTED}");
-    let mut story = command(C_LIBRARY, &line);
-    // The profile of the library without what links slowly.
-    for (name, value) in [("DEBUG", "0"), ("LTO", "off"), ("CODEGEN_UNITS", "16")] {
-        story.env(format!("CARGO_PROFILE_RELEASE_{name}"), value);
-    }
-    run(story.arg(folder))
+    let line = format!(
+        "cargo run --quiet --profile gate --locked --package fingerpad-story -- ../../{MODEL} ../../{CORRECTED}"
+    );
+    run(command(C_LIBRARY, &line).arg(folder))
 }
 
 /// The C library in C99 on this machine: documented vectors, the story, misuse.

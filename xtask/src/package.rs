@@ -96,7 +96,7 @@ fn workspace_manifest() -> Result<Table> {
     Ok(fs::read_to_string(root().join("Cargo.toml"))?.parse()?)
 }
 
-/// A workspace of the packages with the profiles of this one.
+/// A workspace of the packages.
 fn manifest(names: &[String]) -> Result<Table> {
     let folders: Vec<String> = names.iter().map(|name| folder_of(name)).collect();
     let patch = |name: &String| (name.clone(), Table::from_iter([("path".to_owned(), folder_of(name).into())]).into());
@@ -105,7 +105,6 @@ fn manifest(names: &[String]) -> Result<Table> {
     Ok(Table::from_iter([
         ("workspace".to_owned(), Value::from(Table::from_iter(workspace))),
         ("patch".to_owned(), Table::from_iter([("crates-io".to_owned(), patches.into())]).into()),
-        ("profile".to_owned(), workspace_manifest()?["profile"].clone()),
     ]))
 }
 

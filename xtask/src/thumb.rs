@@ -376,7 +376,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
 ];
 /// Most instructions of a step of the pad: a bounded number of rounds, each of bounded cost. The counter overflows
 /// beyond 650 000.
-const PAD_BOUND: u32 = 400_000;
+const PAD_BOUND: u32 = 250_000;
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 3600;
 const STACK_BOUND: u64 = 256;

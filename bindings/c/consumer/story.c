@@ -41,10 +41,23 @@ static void print_words(const float *numbers, size_t count)
 
 static void print_response(const fingerpad_response *r)
 {
-    const float numbers[12] = {r->normal_force_n,       r->friction_x_n,        r->friction_y_n,     r->stick_ratio,
-                               r->friction_limit_n,     r->slip_margin,         r->spin_moment_n_mm, r->pressure_centre_x_mm,
-                               r->pressure_centre_y_mm, r->contact_area_mm2,    r->band_normal_n,    r->band_friction_n};
-    print_words(numbers, 12);
+    const float numbers[16] = {r->normal_force_n,
+                               r->friction_x_n,
+                               r->friction_y_n,
+                               r->tangential_friction_x_n,
+                               r->tangential_friction_y_n,
+                               r->stick_ratio,
+                               r->friction_limit_n,
+                               r->slip_margin,
+                               r->spin_moment_n_mm,
+                               r->tilt_moment_x_n_mm,
+                               r->tilt_moment_y_n_mm,
+                               r->pressure_centre_x_mm,
+                               r->pressure_centre_y_mm,
+                               r->contact_area_mm2,
+                               r->band_normal_n,
+                               r->band_friction_n};
+    print_words(numbers, 16);
     (void)printf(" %d %x", (int)r->regime, (unsigned)r->status);
 }
 

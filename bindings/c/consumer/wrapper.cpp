@@ -108,7 +108,7 @@ void contacts(const fp::Bed &bed, const fingerpad_model &model)
             const fp::Response got = must_get(stepped, "a step");
             expect(same(got, want), "a step", i);
             expect(fp::has(got, fp::Flag::bad_input) == ((want.status & FINGERPAD_STATUS_BAD_INPUT) != 0), "a flag", i);
-            expect(static_cast<std::uint16_t>(fp::regime(got)) == want.regime, "a regime", i);
+            expect(static_cast<std::uint32_t>(fp::regime(got)) == want.regime, "a regime", i);
         }
         expect(same(finger.c(), state), "the state", i);
         if (i % 100 == 0) {

@@ -60,7 +60,7 @@ impl From<ForceResponse> for fingerpad_force_response {
             pressure_centre_x_mm: r.pressure_centre_mm[0],
             pressure_centre_y_mm: r.pressure_centre_mm[1],
             contact_area_mm2: r.contact_area_mm2,
-            status: u32::from(r.status.0),
+            status: r.status.0,
         }
     }
 }

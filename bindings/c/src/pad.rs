@@ -45,7 +45,7 @@ pub struct fingerpad_pad_info {
     pub roll_max_deg: f32,
     /// Checksum of the numbers; a saved state contains it.
     pub checksum: u32,
-    /// Bytes of a saved state: 940 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+    /// Bytes of a saved state: 1012 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
     pub state_bytes: u32,
     /// The file's description, JSON in UTF-8 without an end mark, inside the file.
     pub meta: *const c_char,
@@ -97,26 +97,14 @@ impl fingerpad_body {
     /// The body, if its numbers are in range.
     pub fn checked(self) -> Result<Body, i32> {
         let Self { kind, radius_mm, axis_deg, angle_deg } = self;
-        let within = |value: f32, least: f32, most: f32| {
-            if value >= least && value <= most { Ok(()) } else { Err(FINGERPAD_RANGE) }
-        };
-        let least_mm = if kind == FINGERPAD_BODY_EDGE { radius_mm } else { radius_mm.abs() };
-        if kind != FINGERPAD_BODY_PLANE {
-            within(least_mm, 0.1, 1e6)?;
-        }
-        if kind == FINGERPAD_BODY_CYLINDER || kind == FINGERPAD_BODY_EDGE {
-            within(axis_deg, -180.0, 180.0)?;
-        }
-        match kind {
+        let body = match kind {
             FINGERPAD_BODY_PLANE => Ok(Body::Plane),
-            FINGERPAD_BODY_SPHERE => Ok(Body::Sphere(Sphere { radius_mm })),
-            FINGERPAD_BODY_CYLINDER => Ok(Body::Cylinder(Cylinder::new(radius_mm, axis_deg))),
-            FINGERPAD_BODY_EDGE => {
-                within(angle_deg, 1.0, 179.0)?;
-                Ok(Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)))
-            }
-            _ => Err(FINGERPAD_RANGE),
-        }
+            FINGERPAD_BODY_SPHERE => Sphere::new(radius_mm).map(Body::Sphere),
+            FINGERPAD_BODY_CYLINDER => Cylinder::new(radius_mm, axis_deg).map(Body::Cylinder),
+            FINGERPAD_BODY_EDGE => Edge::new(radius_mm, axis_deg, angle_deg).map(Body::Edge),
+            _ => return Err(FINGERPAD_RANGE),
+        };
+        body.map_err(|_| FINGERPAD_RANGE)
     }
 }
 

@@ -9,9 +9,9 @@ use crate::pointer::{check, exclusive, items, items_mut, shared, write};
 use crate::types::fingerpad_response;
 
 /// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
-pub const FINGERPAD_PAD_STATE_BYTES: usize = 1264;
+pub const FINGERPAD_PAD_STATE_BYTES: usize = 1336;
 
-/// All that a contact of a pad remembers: 1256 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+/// All that a contact of a pad remembers: 1328 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
 /// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 932 bytes and a step made for so many,
 /// which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 /// one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
@@ -19,7 +19,7 @@ pub const FINGERPAD_PAD_STATE_BYTES: usize = 1264;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_pad_state {
-    opaque: [u32; 314],
+    opaque: [u32; 332],
 }
 
 /// What the body does in one step, and the finger's pose at its end.

@@ -27,7 +27,7 @@ pub struct fingerpad_grip {
     pub normal_force_n: f32,
     /// FINGERPAD_STATUS_LOAD_NOT_REACHED if not even the largest depth holds the load, FINGERPAD_STATUS_BAD_INPUT if a number
     /// was none; 0 otherwise.
-    pub status: u16,
+    pub status: u32,
 }
 
 fn gradient<const P: usize>(model: &Loaded, state: &Memory<P>, direction: [f32; 3]) -> fingerpad_gradient {

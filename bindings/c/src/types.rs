@@ -3,34 +3,34 @@
 use fingerpad::{Motion, Regime, Response, Status};
 
 /// No contact: the value of `regime` in a response.
-pub const FINGERPAD_NO_CONTACT: u16 = 0;
+pub const FINGERPAD_NO_CONTACT: u32 = 0;
 /// The whole contact sticks: stick ratio at least 0.99.
-pub const FINGERPAD_STICK: u16 = 1;
+pub const FINGERPAD_STICK: u32 = 1;
 /// Part of the contact slips.
-pub const FINGERPAD_PARTIAL_SLIP: u16 = 2;
+pub const FINGERPAD_PARTIAL_SLIP: u32 = 2;
 /// The whole contact slips: stick ratio at most 0.01.
-pub const FINGERPAD_SLIP: u16 = 3;
+pub const FINGERPAD_SLIP: u32 = 3;
 
 /// Flag of `status`: a number of the motion was NaN or infinite; the step was taken as if that axis stood still.
-pub const FINGERPAD_STATUS_BAD_INPUT: u16 = 2;
+pub const FINGERPAD_STATUS_BAD_INPUT: u32 = 2;
 /// Flag of `status`: the time step was not a positive number.
-pub const FINGERPAD_STATUS_BAD_TIME_STEP: u16 = 4;
+pub const FINGERPAD_STATUS_BAD_TIME_STEP: u32 = 4;
 /// Flag of `status`: deeper than the model was fitted; the answer is that of the largest depth.
-pub const FINGERPAD_STATUS_DEPTH_ABOVE_RANGE: u16 = 8;
+pub const FINGERPAD_STATUS_DEPTH_ABOVE_RANGE: u32 = 8;
 /// Flag of `status`: the slide of one step exceeded 64 mm, or the spin 8 rad, and was cut to that.
-pub const FINGERPAD_STATUS_LARGE_INCREMENT: u16 = 16;
+pub const FINGERPAD_STATUS_LARGE_INCREMENT: u32 = 16;
 /// Flag of `status`: a driven step or a grip could not reach the force asked for.
-pub const FINGERPAD_STATUS_LOAD_NOT_REACHED: u16 = 32;
+pub const FINGERPAD_STATUS_LOAD_NOT_REACHED: u32 = 32;
 /// Flag of `status`: the motion spins and the state does not know spin; the step was taken without it.
-pub const FINGERPAD_STATUS_SPIN_IGNORED: u16 = 64;
+pub const FINGERPAD_STATUS_SPIN_IGNORED: u32 = 64;
 /// Flag of `status`: the state had a value that is not a number and was reset; the forces are those of a fresh contact.
-pub const FINGERPAD_STATUS_MEMORY_LOST: u16 = 128;
+pub const FINGERPAD_STATUS_MEMORY_LOST: u32 = 128;
 /// Flag of `status`: an effect led beyond its range and was held there.
-pub const FINGERPAD_STATUS_EFFECT_HELD: u16 = 256;
+pub const FINGERPAD_STATUS_EFFECT_HELD: u32 = 256;
 /// Flag of `status`: a pose beyond those that the model was fitted in; the answer is that of the nearest of them.
-pub const FINGERPAD_STATUS_POSE_OUT_OF_RANGE: u16 = 512;
+pub const FINGERPAD_STATUS_POSE_OUT_OF_RANGE: u32 = 512;
 /// Flag of `status`: a pad did not come to equilibrium within the rounds of a step; the answer is that of the last round.
-pub const FINGERPAD_STATUS_NOT_CONVERGED: u16 = 1024;
+pub const FINGERPAD_STATUS_NOT_CONVERGED: u32 = 1024;
 
 const _: () = {
     assert!(FINGERPAD_STATUS_BAD_INPUT == Status::BAD_INPUT.0);
@@ -66,21 +66,29 @@ pub struct fingerpad_motion {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_response {
-    /// Normal force, N, not negative.
+    /// Force along the normal, N. Negative where stuck flanks of a curved body pull.
     pub normal_force_n: f32,
-    /// Friction along x, N; it points along the plane's motion.
+    /// Force along x, N; friction points along the body's motion. On a curved body the pressure on its slopes is part of it.
     pub friction_x_n: f32,
-    /// Friction along y, N.
+    /// Force along y, N.
     pub friction_y_n: f32,
+    /// Friction alone along x, N: the sum of the tangential tractions. On a plane the force along x.
+    pub tangential_friction_x_n: f32,
+    /// Friction alone along y, N.
+    pub tangential_friction_y_n: f32,
     /// Stuck area over contact area: 1 in a fresh contact, 0 in full slip and without contact.
     pub stick_ratio: f32,
     /// Largest friction in the direction of the present one, N.
     pub friction_limit_n: f32,
-    /// 1 less the share of its limit that the load uses; with spin the load is friction and moment together. 0 without contact.
+    /// 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
     pub slip_margin: f32,
     /// Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
     pub spin_moment_n_mm: f32,
-    /// Centre of pressure along x from the point under first touch, mm.
+    /// Moment of all forces about x through the point under first touch, N mm.
+    pub tilt_moment_x_n_mm: f32,
+    /// Moment of all forces about y through the point under first touch, N mm.
+    pub tilt_moment_y_n_mm: f32,
+    /// Centre of pressure along x from the point under first touch, mm; 0 where the normal force is not positive.
     pub pressure_centre_x_mm: f32,
     /// Centre of pressure along y from the point under first touch, mm.
     pub pressure_centre_y_mm: f32,
@@ -91,9 +99,9 @@ pub struct fingerpad_response {
     /// Half-width of the 95 % band of each friction component, N.
     pub band_friction_n: f32,
     /// FINGERPAD_NO_CONTACT, FINGERPAD_STICK, FINGERPAD_PARTIAL_SLIP or FINGERPAD_SLIP.
-    pub regime: u16,
+    pub regime: u32,
     /// Flags FINGERPAD_STATUS_..., 0 for none.
-    pub status: u16,
+    pub status: u32,
 }
 
 impl From<fingerpad_motion> for Motion {
@@ -119,16 +127,20 @@ impl From<Response> for fingerpad_response {
             normal_force_n: r.normal_force_n,
             friction_x_n: r.friction_n[0],
             friction_y_n: r.friction_n[1],
+            tangential_friction_x_n: r.tangential_friction_n[0],
+            tangential_friction_y_n: r.tangential_friction_n[1],
             stick_ratio: r.stick_ratio,
             friction_limit_n: r.friction_limit_n,
             slip_margin: r.slip_margin,
             spin_moment_n_mm: r.spin_moment_n_mm,
+            tilt_moment_x_n_mm: r.tilt_moment_n_mm[0],
+            tilt_moment_y_n_mm: r.tilt_moment_n_mm[1],
             pressure_centre_x_mm: r.pressure_centre_mm[0],
             pressure_centre_y_mm: r.pressure_centre_mm[1],
             contact_area_mm2: r.contact_area_mm2,
             band_normal_n: r.band_normal_n,
             band_friction_n: r.band_friction_n,
-            regime: r.regime as u16,
+            regime: r.regime as u32,
             status: r.status.0,
         }
     }

@@ -69,8 +69,8 @@ static void pad_forces(wrench* w, const outcome* now, const settings* s, const p
   /* The foot of the site in the pose that the pad follows. */
   mjtNum foot[3] = {0, 0, now->depth_mm / MM_PER_M + mju_dot3(held, touch_m)};
   add_at(w, force, foot);
-  w->moment[0] += force[2] * r->pressure_centre_y_mm / MM_PER_M;
-  w->moment[1] -= force[2] * r->pressure_centre_x_mm / MM_PER_M;
+  w->moment[0] += r->tilt_moment_x_n_mm / MM_PER_M;
+  w->moment[1] += r->tilt_moment_y_n_mm / MM_PER_M;
   w->moment[2] += r->spin_moment_n_mm / MM_PER_M;
   if (pitch == here->pitch && roll == here->roll) return;
 

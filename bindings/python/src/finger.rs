@@ -265,6 +265,26 @@ impl Response {
         self.float(FORCES + 5)
     }
 
+    #[getter]
+    fn tangential_friction_x_n(&self) -> f32 {
+        self.float(FORCES + 6)
+    }
+
+    #[getter]
+    fn tangential_friction_y_n(&self) -> f32 {
+        self.float(FORCES + 7)
+    }
+
+    #[getter]
+    fn tilt_moment_x_n_mm(&self) -> f32 {
+        self.float(FORCES + 8)
+    }
+
+    #[getter]
+    fn tilt_moment_y_n_mm(&self) -> f32 {
+        self.float(FORCES + 9)
+    }
+
     /// The response as an array of one record of `RESPONSE`.
     fn to_record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let bytes: Vec<u8> = self.words.iter().flat_map(|word| word.to_ne_bytes()).collect();
@@ -283,7 +303,7 @@ impl Response {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let status = fingerpad::Status(self.words[REGIME + 1] as u16);
+        let status = fingerpad::Status(self.words[REGIME + 1]);
         // A zero that rounding made negative is written without its sign.
         let force = |place: usize| (f64::from(self.float(place)) * 1e4).round() / 1e4 + 0.0;
         Ok(format!(

@@ -8,7 +8,7 @@ use fingerpad::{Error, Motion, Regime, Response};
 /// Words of the forces of one contact: six floats, regime and status.
 pub const FORCES: usize = 8;
 /// Words of the whole response of a contact: limit, area, centre of pressure and bands as well.
-pub const RESPONSE: usize = 14;
+pub const RESPONSE: usize = 18;
 /// Place of the stick ratio and of the regime among a contact's words.
 const STICK_RATIO: usize = 5;
 pub const REGIME: usize = 6;
@@ -180,9 +180,12 @@ pub fn write_response(r: &Response, out: &mut [u32]) {
     let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
     write_floats([r.normal_force_n, x, y, r.spin_moment_n_mm, r.slip_margin, r.stick_ratio], out);
     out[REGIME] = r.regime as u32;
-    out[REGIME + 1] = u32::from(r.status.0);
+    out[REGIME + 1] = r.status.0;
     let rest = [r.friction_limit_n, r.contact_area_mm2, centre_x, centre_y, r.band_normal_n, r.band_friction_n];
+    let ([tangential_x, tangential_y], [about_x, about_y]) = (r.tangential_friction_n, r.tilt_moment_n_mm);
+    let more = [tangential_x, tangential_y, about_x, about_y];
     write_floats(rest, &mut out[FORCES..]);
+    write_floats(more, out.get_mut(FORCES + rest.len()..).unwrap_or_default());
 }
 
 /// Room for `count` states, or none where there is not that much memory.

@@ -207,7 +207,7 @@ impl Model {
         py.detach(|| {
             for i in 0..x.len() {
                 let grip: Grip = model.least_grip([x[i], y[i]], margin[i], factor[i]);
-                (depth[i], normal[i], status[i]) = (grip.depth_mm, grip.normal_force_n, u32::from(grip.status.0));
+                (depth[i], normal[i], status[i]) = (grip.depth_mm, grip.normal_force_n, grip.status.0);
             }
         });
         Ok(())

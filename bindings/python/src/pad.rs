@@ -227,9 +227,9 @@ impl Pad {
 pub fn body(kind: &str, [radius_mm, axis_deg, angle_deg]: [f32; 3]) -> Option<Body> {
     Some(match kind {
         "Plane" => Body::Plane,
-        "Sphere" => Body::Sphere(Sphere { radius_mm }),
-        "Cylinder" => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
-        "Edge" => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+        "Sphere" => Body::Sphere(Sphere::new(radius_mm).ok()?),
+        "Cylinder" => Body::Cylinder(Cylinder::new(radius_mm, axis_deg).ok()?),
+        "Edge" => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg).ok()?),
         _ => return None,
     })
 }

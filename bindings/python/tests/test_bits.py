@@ -61,7 +61,7 @@ def disturbed_path(spin: bool) -> Any:
 def of_native(native: Path, rows: Any, spin: bool) -> Any:
     command = [native, "bed", MODEL, "spin" if spin else "plain"]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
-    return np.frombuffer(done.stdout, "<u4").reshape(len(rows), 14)
+    return np.frombuffer(done.stdout, "<u4").reshape(len(rows), 18)
 
 
 def of_python(fingers: Fingers, rows: Any) -> Any:
@@ -142,7 +142,7 @@ def on_native_pad(native: Path, rows: Any, body: Any, pose: tuple[float, float])
     command = [native, "pad", PAD, type(body).__name__, *map(str, [*numbers, *pose])]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
     whole = np.frombuffer(done.stdout, "<u4").reshape(len(rows), -1)
-    return whole[:, :14], whole[:, 14:]
+    return whole[:, :18], whole[:, 18:]
 
 
 @pytest.mark.parametrize(("body", "pose"), BODIES, ids=lambda case: str(case))

@@ -21,8 +21,10 @@ from fingerpad_warp._status import Regime, Status
 OUTPUTS = (
     "normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "slip_margin", "stick_ratio", "friction_limit_n",
     "contact_area_mm2", "pressure_centre_x_mm", "pressure_centre_y_mm", "band_normal_n", "band_friction_n",
+    "tangential_friction_x_n", "tangential_friction_y_n", "tilt_moment_x_n_mm", "tilt_moment_y_n_mm",
 )  # fmt: skip
 NORMAL_N, FRICTION_X, FRICTION_Y, MOMENT, MARGIN, STICK, LIMIT_N, AREA_MM2, CENTRE_X, CENTRE_Y, BAND_N, BAND_F = range(12)
+TANGENTIAL_X, TANGENTIAL_Y, TILT_X, TILT_Y = range(12, 16)
 
 
 def memory_rows(pairs: int) -> int:
@@ -188,7 +190,7 @@ def forget(memory_out: wp.array2d(dtype=float), rows: int, strength: float, i: i
 def answer_in_the_air(
     response: wp.array2d(dtype=float), regime: wp.array(dtype=int), status: wp.array(dtype=int), flags: int, i: int
 ):
-    for row in range(12):
+    for row in range(wp.static(len(OUTPUTS))):
         response[row, i] = 0.0
     regime[i] = wp.static(int(Regime.NO_CONTACT))
     status[i] = flags
@@ -584,7 +586,10 @@ def step_kernel(pairs: int, backward: bool = True) -> Any:
         band_of_friction = head[wp.static(place.BAND_FRICTION_OF)] + stick * (
             head[wp.static(place.BAND_FRICTION_OF + 1)] + stick * head[wp.static(place.BAND_FRICTION_OF + 2)]
         )
-        response[wp.static(NORMAL_N), i] = wp.max(normal, 0.0)
+        normal = wp.max(normal, 0.0)
+        centre_x = line(rows, c, wp.static(place.PRESSURE_CENTRE), t) + head[wp.static(place.PRESSURE_CENTRE_PER_N)] * friction_x
+        centre_y = head[wp.static(place.PRESSURE_CENTRE_PER_N + 1)] * friction_y
+        response[wp.static(NORMAL_N), i] = normal
         response[wp.static(FRICTION_X), i] = friction_x
         response[wp.static(FRICTION_Y), i] = friction_y
         response[wp.static(MOMENT), i] = moment
@@ -592,10 +597,12 @@ def step_kernel(pairs: int, backward: bool = True) -> Any:
         response[wp.static(STICK), i] = stick
         response[wp.static(LIMIT_N), i] = limit * (magnitude / alone)
         response[wp.static(AREA_MM2), i] = area + area * head[wp.static(place.AREA_TILT)] * along_share
-        response[wp.static(CENTRE_X), i] = (
-            line(rows, c, wp.static(place.PRESSURE_CENTRE), t) + head[wp.static(place.PRESSURE_CENTRE_PER_N)] * friction_x
-        )
-        response[wp.static(CENTRE_Y), i] = head[wp.static(place.PRESSURE_CENTRE_PER_N + 1)] * friction_y
+        response[wp.static(TANGENTIAL_X), i] = friction_x
+        response[wp.static(TANGENTIAL_Y), i] = friction_y
+        response[wp.static(TILT_X), i] = normal * centre_y
+        response[wp.static(TILT_Y), i] = -(normal * centre_x)
+        response[wp.static(CENTRE_X), i] = centre_x
+        response[wp.static(CENTRE_Y), i] = centre_y
         response[wp.static(BAND_N), i] = line(rows, c, wp.static(place.BAND_NORMAL), t) * band_of_normal
         response[wp.static(BAND_F), i] = limit * band_of_friction
         sort = int(1)

@@ -50,7 +50,7 @@ RAD = wp.constant(wp.float32(np.pi / 180))
 APART = wp.constant(wp.float32(2.0))
 SLIPS_SHARE = wp.constant(wp.float32(1.0 + 4e-6))
 SLIPS_MM = wp.constant(wp.float32(4e-6))
-NOTICED = wp.constant(wp.float32(1e-6))
+NOTICED = wp.constant(wp.float32(5e-3))
 FIRM = wp.constant(wp.float32(0.9))
 STICKS = wp.constant(wp.float32(0.95))
 SLIDES = wp.constant(wp.float32(0.02))
@@ -1049,6 +1049,8 @@ def step_pad(
     swept = swept_by(m, 0.5 * numbers[wp.static(place.TURN)])
     force = wp.vec3(0.0, 0.0, 0.0)
     moment = wp.vec3(0.0, 0.0, 0.0)
+    friction = wp.vec3(0.0, 0.0, 0.0)
+    friction_spin = float(0.0)
     middle = wp.vec3(0.0, 0.0, 0.0)
     turning = wp.vec3(0.0, 0.0, 0.0)
     area = float(0.0)
@@ -1058,6 +1060,8 @@ def step_pad(
     reach = float(0.0)
     apex = wp.vec3(frame.apex[0], frame.apex[1], 0.0)
     onset = numbers[wp.static(place.ONSET)]
+    # The bulk's softness stays along the body's axes when the body turns: along over across the normal.
+    soft = numbers[wp.static(place.SOFTNESS + 1)] / numbers[wp.static(place.SOFTNESS)]
     for j in range(count):
         used = memory[PATCHES + 2 * count + j, i]
         spread = kept[KEPT * j, i]
@@ -1079,7 +1083,13 @@ def step_pad(
                     anchor = foot(body, acting.place + acting.stretch * (acting.bound / acting.length))
                 now = wp.min(now, 1.0)
                 used_before = wp.abs(used)
-                grows = now - used_before > NOTICED or (wp.abs(now - used_before) <= NOTICED and used >= 0.0)
+                grows = used >= 0.0
+                if grows and now < used_before - NOTICED or not grows and now > used_before + NOTICED:
+                    grows = not grows
+                elif grows:
+                    now = wp.max(now, used_before)
+                else:
+                    now = wp.min(now, used_before)
                 stuck_share = float(1.0)
                 firm = float(1.0)
                 if slips:
@@ -1101,10 +1111,18 @@ def step_pad(
                 stuck = stuck + touching * stuck_share
                 held = held + touching * firm
                 limit = limit + acting.strength
-                on_skin = acting.stretch * acting.grip - acting.inward * acting.force
+                traction = acting.stretch * acting.grip
+                on_skin = traction - acting.inward * acting.force
                 arm = acting.place + apex
+                friction = friction + traction
+                friction_spin = friction_spin + (arm[0] * traction[1] - arm[1] * traction[0])
                 force = force + on_skin
-                moment = moment + wp.cross(arm, on_skin)
+                rest = placed(patches, frame, j)
+                moved = acting.place - rest
+                tilting = wp.cross(rest + apex, on_skin)
+                softly = wp.cross(wp.vec3(soft * moved[0], soft * moved[1], moved[2] / soft), on_skin)
+                spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0]
+                moment = moment + wp.vec3(tilting[0] + softly[0], tilting[1] + softly[1], spinning)
                 middle = middle + arm * acting.strength
                 reach = reach + acting.strength * (arm[0] * arm[0] + arm[1] * arm[1])
                 # The spread of the gaps within the patch changes as the body turns against it.
@@ -1123,7 +1141,6 @@ def step_pad(
                     turning = turning + low @ (wp.transpose(low) @ normal_axis) * pull
                 else:
                     sides = sides_of(patches, frame, j)
-                    rest = placed(patches, frame, j)
                     undeformed = spread_of(body, rest, sides)
                     couple = spread_of(body, acting.place, sides)
                     pulled = undeformed.variance_slope * (-pull)
@@ -1141,18 +1158,18 @@ def step_pad(
     back = wp.mat33(cos_back, -sin_back, 0.0, sin_back, cos_back, 0.0, 0.0, 0.0, 1.0)
     force = back @ force
     moment = back @ moment
-    normal = wp.max(force[2], 0.0)
-    borne = normal + wp.abs(force[0]) + wp.abs(force[1]) + wp.abs(moment[2])
+    friction = back @ friction
+    normal = force[2]
+    borne = wp.abs(normal) + wp.abs(force[0]) + wp.abs(force[1]) + wp.abs(moment[2])
     if not (borne <= LARGEST):
         forget_pad(memory, count, strength, i)
         _bed.answer_in_the_air(response, regime, status, flags | wp.static(int(Status.MEMORY_LOST)), i)
         return
     some = limit + TINY
-    friction = wp.sqrt(force[0] * force[0] + force[1] * force[1])
     middle = back @ (middle * (1.0 / some))
     mean_arm = wp.sqrt(wp.max(reach / some - (middle[0] * middle[0] + middle[1] * middle[1]), 0.0) + LEAST_ARM2)
-    about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0])
-    friction_share = friction / some
+    about_middle = friction_spin - (middle[0] * friction[1] - middle[1] * friction[0])
+    friction_share = wp.length(friction) / some
     turning_share = about_middle / (some * mean_arm + 1e-12)
     stick = float(0.0)
     if area > 0.0:
@@ -1162,9 +1179,10 @@ def step_pad(
     centre_y = float(0.0)
     sort = int(wp.static(int(Regime.NO_CONTACT)))
     if normal > 0.0:
+        centre_x = -moment[1] / normal
+        centre_y = moment[0] / normal
+    if area > 0.0:
         margin = wp.max(1.0 - wp.sqrt(friction_share * friction_share + turning_share * turning_share), 0.0)
-        centre_x = -moment[1] / (normal + TINY)
-        centre_y = moment[0] / (normal + TINY)
         sort = wp.static(int(Regime.PARTIAL_SLIP))
         if held >= STICKS * area:
             sort = wp.static(int(Regime.STICK))
@@ -1180,11 +1198,15 @@ def step_pad(
     response[wp.static(_bed.STICK), i] = stick
     response[wp.static(_bed.LIMIT_N), i] = limit
     response[wp.static(_bed.AREA_MM2), i] = area
+    response[wp.static(_bed.TANGENTIAL_X), i] = friction[0]
+    response[wp.static(_bed.TANGENTIAL_Y), i] = friction[1]
+    response[wp.static(_bed.TILT_X), i] = moment[0]
+    response[wp.static(_bed.TILT_Y), i] = moment[1]
     response[wp.static(_bed.CENTRE_X), i] = centre_x
     response[wp.static(_bed.CENTRE_Y), i] = centre_y
     band_normal = float(0.0)
     band_friction = float(0.0)
-    if normal > 0.0:
+    if area > 0.0:
         turned2 = pitch * pitch + roll * roll
         away = turned2 / (turned2 + AWAY_RAD2)
         steep = steepness(body)
@@ -1194,7 +1216,7 @@ def step_pad(
         light = wp.static(place.BAND_LIGHT)
         of_normal = band(numbers, wp.static(place.BAND_NORMAL), away, stick) + steep * numbers[b] + deep * numbers[d]
         of_limit = band(numbers, wp.static(place.BAND_FRICTION), away, stick) + steep * numbers[b + 1] + deep * numbers[d + 1]
-        band_normal = normal * of_normal + numbers[light] + away * numbers[light + 2]
+        band_normal = wp.max(normal, 0.0) * of_normal + numbers[light] + away * numbers[light + 2]
         band_friction = limit * of_limit + numbers[light + 1] + away * numbers[light + 3]
     response[wp.static(_bed.BAND_N), i] = band_normal
     response[wp.static(_bed.BAND_F), i] = band_friction

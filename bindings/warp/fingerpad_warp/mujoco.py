@@ -395,8 +395,8 @@ def pad_wrench(
     # The foot of the site as the pad has it: in a pose that it follows, where it is.
     foot = wp.vec3(0.0, 0.0, depth_mm[i] / MM_PER_M + wp.dot(normal_at(held[0], held[1]), touch))
     moment = wp.cross(foot, force) + wp.vec3(
-        normal_n * response[wp.static(_bed.CENTRE_Y), i] / MM_PER_M,
-        -normal_n * response[wp.static(_bed.CENTRE_X), i] / MM_PER_M,
+        response[wp.static(_bed.TILT_X), i] / MM_PER_M,
+        response[wp.static(_bed.TILT_Y), i] / MM_PER_M,
         response[wp.static(_bed.MOMENT), i] / MM_PER_M,
     )
     if held[0] != pitch or held[1] != roll:

@@ -180,6 +180,7 @@ impl<'a, L: Library> Effects<'a, L> {
             if drag != 0.0 && limit > 0.0 {
                 response.slip_margin *= limit / response.friction_limit_n;
             }
+            return response.on_plane();
         }
         response
     }

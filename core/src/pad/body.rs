@@ -2,6 +2,8 @@
 //!
 //! Main trait: [`Surface`]. In the body's frame z points out of it at its apex, which is the origin; the material is below.
 
+use crate::Error;
+use crate::error::Field;
 use crate::math::{Elementary, Scalar};
 use crate::tuning::Units;
 
@@ -41,11 +43,33 @@ impl<T: Scalar> Surface<T> for Plane {
     }
 }
 
+/// Least and largest magnitude of a radius, mm.
+const RADIUS_MM: [f32; 2] = [0.1, 1e6];
+/// Largest magnitude of the direction of an axis, degrees.
+const AXIS_DEG: f32 = 180.0;
+/// Least and largest angle between the faces of an edge, degrees.
+const ANGLE_DEG: [f32; 2] = [1.0, 179.0];
+
+/// Whether a number that is not negative is in its range.
+fn check<T: Scalar>(what: Field, value: T, [least, most]: [f32; 2]) -> Result<(), Error> {
+    if value.is_between(least, most) { Ok(()) } else { Err(Error::Range { what, index: 0, value: value.to_f32() }) }
+}
+
 /// A sphere; a bowl with a negative radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere<T = f32> {
-    /// Radius, mm, not 0; negative for a bowl.
-    pub radius_mm: T,
+    radius_mm: T,
+}
+
+impl<T: Scalar> Sphere<T> {
+    /// A sphere with a radius of 0.1 to 1e6 mm; negative for a bowl.
+    ///
+    /// # Errors
+    /// [`Error::Range`] for another radius.
+    pub fn new(radius_mm: T) -> Result<Self, Error> {
+        check(Field::Radius, radius_mm.magnitude(), RADIUS_MM)?;
+        Ok(Self { radius_mm })
+    }
 }
 
 impl<T: Scalar> Surface<T> for Sphere<T> {
@@ -66,16 +90,20 @@ impl<T: Scalar> Surface<T> for Sphere<T> {
 /// A circular cylinder along the tangent plane; a trough with a negative radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder<T = f32> {
-    /// Radius, mm, not 0; negative for a trough.
-    pub radius_mm: T,
+    radius_mm: T,
     /// Direction of its axis in the tangent plane: cosine and sine of its angle from x.
-    pub axis: [T; 2],
+    axis: [T; 2],
 }
 
 impl<T: Elementary> Cylinder<T> {
-    /// A cylinder whose axis points `axis_deg` degrees from x towards y, within ±180.
-    pub fn new(radius_mm: T, axis_deg: T) -> Self {
-        Self { radius_mm, axis: direction(axis_deg) }
+    /// A cylinder with a radius of 0.1 to 1e6 mm, negative for a trough, whose axis points `axis_deg` degrees from x towards y, within ±180.
+    ///
+    /// # Errors
+    /// [`Error::Range`] for other numbers.
+    pub fn new(radius_mm: T, axis_deg: T) -> Result<Self, Error> {
+        check(Field::Radius, radius_mm.magnitude(), RADIUS_MM)?;
+        check(Field::Axis, axis_deg.magnitude(), [0.0, AXIS_DEG])?;
+        Ok(Self { radius_mm, axis: direction(axis_deg) })
     }
 }
 
@@ -99,21 +127,27 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
 /// Two plane faces that meet in a rounded edge, which points at the finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge<T = f32> {
-    /// Radius of the rounding, mm, above 0.
-    pub radius_mm: T,
+    /// Radius of the rounding, mm.
+    radius_mm: T,
     /// Direction of the edge in the tangent plane: cosine and sine of its angle from x.
-    pub axis: [T; 2],
+    axis: [T; 2],
     /// Slope of the faces against the tangent plane: cosine and sine of an angle above 0 and below 90 degrees.
-    pub face: [T; 2],
+    face: [T; 2],
 }
 
 impl<T: Elementary> Edge<T> {
-    /// An edge that points `axis_deg` degrees from x towards y, within ±180.
+    /// An edge that is rounded with a radius of 0.1 to 1e6 mm and points `axis_deg` degrees from x towards y, within ±180.
     ///
-    /// * `angle_deg`: angle between the faces inside the body, above 0 and below 180
-    pub fn new(radius_mm: T, axis_deg: T, angle_deg: T) -> Self {
+    /// * `angle_deg`: angle between the faces inside the body, 1 to 179
+    ///
+    /// # Errors
+    /// [`Error::Range`] for other numbers.
+    pub fn new(radius_mm: T, axis_deg: T, angle_deg: T) -> Result<Self, Error> {
+        check(Field::Radius, radius_mm, RADIUS_MM)?;
+        check(Field::Axis, axis_deg.magnitude(), [0.0, AXIS_DEG])?;
+        check(Field::FaceAngle, angle_deg, ANGLE_DEG)?;
         let face = direction(T::of(0.5) * (T::of(180.0) - angle_deg));
-        Self { radius_mm, axis: direction(axis_deg), face }
+        Ok(Self { radius_mm, axis: direction(axis_deg), face })
     }
 }
 
@@ -314,14 +348,13 @@ mod tests {
     use super::*;
 
     fn bodies() -> [(&'static str, std::boxed::Box<dyn Surface<f64>>); 6] {
-        let axis = [0.8, 0.6];
         [
             ("plane", std::boxed::Box::new(Plane)),
-            ("sphere", std::boxed::Box::new(Sphere { radius_mm: 5.0 })),
-            ("bowl", std::boxed::Box::new(Sphere { radius_mm: -30.0 })),
-            ("cylinder", std::boxed::Box::new(Cylinder { radius_mm: 10.0, axis })),
-            ("trough", std::boxed::Box::new(Cylinder { radius_mm: -25.0, axis })),
-            ("edge", std::boxed::Box::new(Edge { radius_mm: 0.5, axis, face: [0.8, 0.6] })),
+            ("sphere", std::boxed::Box::new(Sphere::new(5.0).unwrap())),
+            ("bowl", std::boxed::Box::new(Sphere::new(-30.0).unwrap())),
+            ("cylinder", std::boxed::Box::new(Cylinder::new(10.0, 37.0).unwrap())),
+            ("trough", std::boxed::Box::new(Cylinder::new(-25.0, 37.0).unwrap())),
+            ("edge", std::boxed::Box::new(Edge::new(0.5, 37.0, 106.0).unwrap())),
         ]
     }
 
@@ -349,7 +382,7 @@ mod tests {
 
     #[test]
     fn a_huge_sphere_is_a_plane_in_single_precision() {
-        let (overlap, _) = Sphere { radius_mm: 1e7_f32 }.overlap(&[1.0, 2.0, -0.123]);
-        assert!((overlap - 0.123).abs() < 1e-6, "{overlap}");
+        let (overlap, _) = Sphere::new(1e6_f32).unwrap().overlap(&[1.0, 2.0, -0.123]);
+        assert!((overlap - 0.123).abs() < 1e-5, "{overlap}");
     }
 }

@@ -14,22 +14,22 @@ use super::vector::{
 };
 use super::{Law, MODES, Numbers, PadState, Patch};
 
-/// Largest number of iterations of a step.
-const ITERATIONS: usize = 16;
 /// Largest number of halvings in the line search of an iteration.
 const HALVINGS: usize = 6;
-/// Change of the bulk over its size below which it is in equilibrium.
-const TOLERANCE: f32 = 2e-4;
-/// Lower bound of the size in that quotient, sqrt(mJ).
+/// Lower bound of the size of the bulk in quotients, sqrt(mJ).
 const LEAST_SIZE: f32 = 3e-3;
 /// Longest step of an iteration beyond the size of the bulk, sqrt(mJ).
 const LONGEST: f32 = 2.0;
-/// Relative change below which a solution is accepted when the iterations are used up.
+/// Relative change below which a solution is accepted when the evaluations are used up.
 const ACCEPTED: f32 = 3e-3;
 /// An iteration that leaves more than this share of the residual requires a new factor of the stiffness.
 const SLOW: f32 = 0.4;
 /// Largest number of factors that a step computes.
 const FACTORS: usize = 2;
+/// Square of a change of the bulk over that of the first iterate, below which an iterate is better.
+const BETTER: f32 = 0.25;
+/// Evaluations that cost as much as a factor.
+const FACTOR_COST: u16 = 4;
 
 /// Transformation from the finger's frame to that of the body.
 pub(crate) struct Frame<T> {
@@ -118,6 +118,8 @@ pub(crate) struct Equations<'a, T, B> {
     pub body: &'a B,
     pub frame: Frame<T>,
     pub strength_factor: T,
+    /// See [`super::Effort::tolerance`].
+    pub tolerance: f32,
 }
 
 impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
@@ -272,20 +274,29 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
     /// The factor of the stiffness is kept over steps while the residual decreases fast enough. Anderson's acceleration (Anderson 1965)
     /// over the last iterations corrects it; in particular the factor leaves out the dependence of strength on pressure.
     ///
-    /// Returns whether the solution is accepted.
-    pub fn solve<const P: usize>(&self, state: &mut PadState<P, T>, active: &mut [ActivePatch<'_, T>]) -> bool {
+    /// Uses up to `evaluations`, but one at least, and counts them down. Returns whether the solution is accepted.
+    pub fn solve<const P: usize>(
+        &self,
+        state: &mut PadState<P, T>,
+        active: &mut [ActivePatch<'_, T>],
+        evaluations: &mut u16,
+    ) -> bool {
+        let tolerance = T::of(self.tolerance);
         let mut bulk = state.bulk;
+        *evaluations = evaluations.saturating_sub(1);
         let mut residual = self.residual(&bulk, active);
         let mut acceleration = Acceleration::none();
         let mut factors = 0;
         let mut before = T::of(f32::MAX);
-        let mut converged = false;
+        let mut converged;
+        let mut start = T::of(0.0);
         let mut best = (T::of(f32::MAX), bulk);
-        for _ in 0..ITERATIONS {
+        loop {
             if !state.is_factored() {
                 state.factor = Rounded::of(&self.factor(&bulk, active));
                 state.set_factored(true);
                 factors += 1;
+                *evaluations = evaluations.saturating_sub(FACTOR_COST);
                 acceleration = Acceleration::none();
             }
             let newton_step = solve(&state.factor, &residual);
@@ -293,14 +304,21 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             let decrement = along(&newton_step, &residual).magnitude();
             let size = along(&bulk, &bulk) + T::of(LEAST_SIZE * LEAST_SIZE);
             converged = decrement <= T::of(ACCEPTED * ACCEPTED) * size;
+            if best.0 == T::of(f32::MAX) {
+                start = decrement;
+            }
             if decrement < best.0 {
                 best = (decrement, bulk);
             }
-            if !(decrement > T::of(TOLERANCE * TOLERANCE) * size) {
+            if !(decrement > tolerance * tolerance * size) || *evaluations == 0 {
                 break;
             }
             // Both sides are squares.
-            if decrement > T::of(SLOW * SLOW) * before && factors < FACTORS && !acceleration.is_new() {
+            if decrement > T::of(SLOW * SLOW) * before
+                && factors < FACTORS
+                && *evaluations > FACTOR_COST
+                && !acceleration.is_new()
+            {
                 state.set_factored(false);
                 before = T::of(f32::MAX);
                 continue;
@@ -318,17 +336,21 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             for _ in 0..HALVINGS {
                 bulk = core::array::from_fn(|k| start[k] - change[k]);
                 residual = self.residual(&bulk, active);
+                *evaluations = evaluations.saturating_sub(1);
                 // Accept a step that is not far beyond the minimum of the energy along this direction.
-                if !(along(&newton_step, &residual) < T::of(-0.5) * decrement) {
+                if *evaluations == 0 || !(along(&newton_step, &residual) < T::of(-0.5) * decrement) {
                     break;
                 }
                 change = change.map(|x| x * T::of(0.5));
             }
         }
         if !converged {
-            // Return the best iterate, with the contacts that belong to it.
-            bulk = best.1;
-            self.residual(&bulk, active);
+            // The best iterate, with the contacts that belong to it; the last one where that is hardly better than the first one, since the
+            // next steps would end there again.
+            if best.0 < T::of(BETTER) * start {
+                bulk = best.1;
+                self.residual(&bulk, active);
+            }
             state.set_factored(false);
         }
         state.bulk = bulk;

@@ -30,7 +30,7 @@ mod step;
 mod vector;
 
 pub use body::{Body, Cylinder, Edge, Plane, Sphere, Surface};
-pub use data::{Law, Numbers, Pad, Patch, first_touch_terms};
+pub use data::{Effort, Law, Numbers, Pad, Patch, first_touch_terms};
 pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;
 pub use save::pad_state_bytes;

@@ -7,11 +7,12 @@ use crate::error::Field;
 use crate::model_file::crc32;
 use crate::save::{read_words, write_words};
 
+use super::state::FLAGS;
 use super::vector::Rounded;
 use super::{Numbers, Pad, PadState, Patch};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Largest magnitude of a number of a state.
 const LARGEST: f32 = 1e9;
 
@@ -74,7 +75,7 @@ impl<const P: usize> PadState<P> {
         if !self.is_consistent() {
             return Err(bad(numbers.len(), self.strength_factor));
         }
-        if *flags > 3 {
+        if *flags > FLAGS {
             return Err(bad(numbers.len(), *flags as f32));
         }
         Ok(self)

@@ -2,8 +2,8 @@
 //!
 //! Main types: [`PadState`], [`PatchState`]. Uses vector.
 
-use crate::Error;
 use crate::math::{Elementary, add};
+use crate::{Error, Regime, Response, Status};
 
 use super::Pad;
 use super::vector::{Bulk, Rounded, Vec3, zeros};
@@ -49,16 +49,32 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) strength_factor: T,
     /// Upper bound of the approach of the body to any patch in the last motion, mm.
     pub(crate) travel: T,
-    /// [`IN_CONTACT`] and [`FACTORED`].
+    /// Overlap of a certain place with the body, mm: shows that the body is another one.
+    pub(crate) probe: T,
+    /// The response of the last step, if the contact is at [`REST`].
+    rest: Rest<T>,
+    /// [`IN_CONTACT`], [`FACTORED`] and [`REST`].
     pub(crate) flags: u32,
+}
+
+/// A response with the status `ok`, as plain data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+struct Rest<T> {
+    numbers: [T; 16],
+    regime: u32,
 }
 
 /// Flag: the finger was in contact at the end of the last step.
 const IN_CONTACT: u32 = 1;
 /// Flag: the factor of the tangent stiffness is valid.
 const FACTORED: u32 = 2;
+/// Flag: the last step changed nothing, and neither does the next one without motion.
+const REST: u32 = 4;
+/// All flags.
+pub(crate) const FLAGS: u32 = IN_CONTACT | FACTORED | REST;
 
-// SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and one u32: no padding, and any bits are a value.
+// SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and two u32: no padding, and any bits are a value.
 #[allow(unsafe_code)]
 unsafe impl<const P: usize> bytemuck::Zeroable for PadState<P> {}
 // SAFETY: as above.
@@ -94,6 +110,8 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             tilt: zeros(),
             strength_factor: T::of(1.0),
             travel: T::of(0.0),
+            probe: T::of(0.0),
+            rest: Rest { numbers: zeros(), regime: 0 },
             flags: 0,
         }
     }
@@ -119,7 +137,11 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
     pub fn set_strength_factor(&mut self, factor: T) -> T {
         if factor.is_number() {
             let [least, most] = STRENGTH_FACTOR.map(T::of);
-            self.strength_factor = if factor < least { least } else { factor.at_most(most) };
+            let factor = if factor < least { least } else { factor.at_most(most) };
+            if factor != self.strength_factor {
+                self.strength_factor = factor;
+                self.flags &= !REST;
+            }
         }
         self.strength_factor
     }
@@ -140,6 +162,78 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
 
     pub(crate) fn set_factored(&mut self, is_factored: bool) {
         self.flags = if is_factored { self.flags | FACTORED } else { self.flags & !FACTORED };
+    }
+
+    /// The response of every step without motion, if the contact is at rest.
+    pub(crate) fn resting_response(&self) -> Option<Response<T>> {
+        if self.flags & REST == 0 {
+            return None;
+        }
+        let [
+            normal,
+            x,
+            y,
+            tangential_x,
+            tangential_y,
+            stick_ratio,
+            limit,
+            margin,
+            spin,
+            about_x,
+            about_y,
+            centre_x,
+            centre_y,
+            ..,
+        ] = self.rest.numbers;
+        let [.., contact_area_mm2, band_normal_n, band_friction_n] = self.rest.numbers;
+        Some(Response {
+            normal_force_n: normal,
+            friction_n: [x, y],
+            tangential_friction_n: [tangential_x, tangential_y],
+            stick_ratio,
+            friction_limit_n: limit,
+            slip_margin: margin,
+            spin_moment_n_mm: spin,
+            tilt_moment_n_mm: [about_x, about_y],
+            pressure_centre_mm: [centre_x, centre_y],
+            contact_area_mm2,
+            band_normal_n,
+            band_friction_n,
+            regime: Regime::numbered(self.rest.regime)?,
+            status: Status::OK,
+        })
+    }
+
+    /// Keeps the response of a contact at rest.
+    pub(crate) fn rest(&mut self, response: Option<&Response<T>>) {
+        let Some(r) = response else {
+            self.flags &= !REST;
+            return;
+        };
+        let ([x, y], [tangential_x, tangential_y]) = (r.friction_n, r.tangential_friction_n);
+        let ([about_x, about_y], [centre_x, centre_y]) = (r.tilt_moment_n_mm, r.pressure_centre_mm);
+        let (normal, limit, margin, spin) = (r.normal_force_n, r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm);
+        let (stick_ratio, area, bands) = (r.stick_ratio, r.contact_area_mm2, [r.band_normal_n, r.band_friction_n]);
+        self.rest.numbers = [
+            normal,
+            x,
+            y,
+            tangential_x,
+            tangential_y,
+            stick_ratio,
+            limit,
+            margin,
+            spin,
+            about_x,
+            about_y,
+            centre_x,
+            centre_y,
+            area,
+            bands[0],
+            bands[1],
+        ];
+        self.rest.regime = r.regime as u32;
+        self.flags |= REST;
     }
 
     /// Begins a contact, without a factor of the stiffness.

@@ -31,12 +31,17 @@ const ROOT_3: f32 = 1.732_050_8;
 const NEARBY_MM: f32 = 0.15;
 /// Largest distance of a patch from the centre of rotation, mm.
 const FARTHEST_MM: f32 = 20.0;
+/// A place whose overlap with the body shows whether it is another one, mm.
+const PROBE_MM: [f32; 3] = [1.25, 0.5, -0.75];
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
 /// A patch slips if its stretch exceeds the bound by this factor and by this length, mm. Both are above the rounding of its place.
 const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
-/// Least change of the friction of a patch, over its strength, that counts as an increase or a decrease.
-const NOTICED: f32 = 1e-6;
+/// Least fall of the friction of a patch below its largest value, over its strength, that counts as a decrease, and rise above its least
+/// value that counts as an increase. It is above the error of equilibrium.
+const NOTICED: f32 = 4e-3;
+/// The same as a length of its stretch, over the largest depth; it counts where the bound is short.
+const NOTICED_LENGTH: f32 = 5e-5;
 /// Friction over strength from which on a patch counts as slipping in part, for the regime.
 const FIRM: f32 = 0.9;
 /// The regime is stick if at least this share of the area sticks, counted in this way,
@@ -121,7 +126,19 @@ impl<T: Elementary> Pad<'_, T> {
             state.reset();
             return Response { status: Status::MEMORY_LOST, ..Response::default() };
         }
+        let probe = body.overlap(&PROBE_MM.map(T::of)).0;
+        if let Some(response) = state.resting_response()
+            && probe == state.probe
+            && self.is_without_motion(state, &motion, pose_deg)
+        {
+            return response;
+        }
         let (status, motion) = self.advance(state, body, motion, pose_deg);
+        if probe != state.probe {
+            // Another body may touch any patch.
+            state.travel = T::of(2.0 * FARTHEST_MM);
+            state.probe = probe;
+        }
         if !(state.depth >= T::of(TOUCH_MM)) || self.patches.len() > P {
             state.end_contact();
             return Response { status, ..Response::default() };
@@ -130,13 +147,16 @@ impl<T: Elementary> Pad<'_, T> {
         state.extrapolate(motion);
         let equations = self.equations(state, body);
         let mut active = Vec::<_, P>::new();
-        self.collect_active(state, &equations, Candidates::Near, &mut active);
-        let mut converged = equations.solve(state, &mut active);
-        if self.moved_mm(&start, &state.bulk) > T::of(NEARBY_MM) && self.may_touch(state, &active, &start) {
+        let which = if state.travel > T::of(NEARBY_MM) { Candidates::All } else { Candidates::Near };
+        self.collect_active(state, &equations, which, &mut active);
+        let mut evaluations = self.effort.evaluations;
+        let mut converged = equations.solve(state, &mut active, &mut evaluations);
+        let moved_mm = self.moved_mm(&start, &state.bulk);
+        if which == Candidates::Near && moved_mm > T::of(NEARBY_MM) && self.may_touch(state, &active, &start) {
             // A patch that was left out may touch.
             rare();
             self.collect_active(state, &equations, Candidates::All, &mut active);
-            converged = equations.solve(state, &mut active);
+            converged = equations.solve(state, &mut active, &mut evaluations);
         }
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
         let travel = state.travel + self.moved_mm(&start, &state.bulk);
@@ -147,16 +167,33 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         let sums = self.update_anchors_and_sum(state, &equations, &active);
+        if !converged {
+            // The next step may move the skin anywhere.
+            state.used = state.used.map(|used| used.at_most(T::of(APART)));
+        }
         let response = self.response(state, &equations, &sums);
+        let still = |change: &[T]| change.iter().all(|x| *x == T::of(0.0));
+        let rests = converged && status == Status::OK && still(&motion) && still(&state.drift) && !sums.is_changed;
+        state.rest(rests.then_some(&response));
         // Such loads mean that the memory was overwritten; their squares could overflow to infinity or NaN.
         let [x, y] = response.friction_n;
-        let load = response.normal_force_n + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
+        let load =
+            response.normal_force_n.magnitude() + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
         if !(load <= T::of(LARGEST)) {
             state.reset();
             return Response { status: status.with(Status::MEMORY_LOST), ..Response::default() };
         }
         let status = if converged { status } else { status.with(Status::NOT_CONVERGED) };
         Response { status, ..response }
+    }
+
+    /// Whether a motion changes nothing and sets no flag.
+    fn is_without_motion<const P: usize>(&self, state: &PadState<P, T>, motion: &Motion<T>, pose_deg: [T; 2]) -> bool {
+        motion.slide_increment_mm == [T::of(0.0); 2]
+            && motion.spin_increment_rad == T::of(0.0)
+            && motion.depth_mm == state.depth
+            && motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST)
+            && self.tilt(pose_deg) == (state.tilt, true)
     }
 
     /// Moves body and pose, and begins a contact at first touch. Returns the motion: depth, slides (mm), spin, pitch and roll (rad).
@@ -279,6 +316,7 @@ impl<T: Elementary> Pad<'_, T> {
             body,
             frame: self.frame(state),
             strength_factor: state.strength_factor * self.units.strength,
+            tolerance: self.effort.tolerance,
         }
     }
 
@@ -334,16 +372,24 @@ impl<T: Elementary> Pad<'_, T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
         let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
+        let (mut friction, mut friction_spin) = (zeros::<T, 3>(), zero);
+        let mut is_changed = false;
+        let noticed_mm = T::of(NOTICED_LENGTH) * self.numbers.depth_max_mm;
         let (mut area, mut stuck_area, mut firm_area, mut strength, mut reach) = (zero, zero, zero, zero, zero);
         let (mut middle, mut turning) = (zeros::<T, 3>(), zeros::<T, 3>());
         let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
+        // The bulk's softness stays along the body's axes when the body turns: along over across the normal.
+        let [across_soft, along_soft] = law.softness;
+        let (soft, stiff) = (along_soft / across_soft, across_soft / along_soft);
         for ActivePatch { index, patch, placed, contact } in active {
             let (Some(anchor), Some(used)) = (state.anchors.get_mut(*index), state.used.get_mut(*index)) else {
                 continue;
             };
+            let before = (*anchor, *used);
             if !contact.touches {
                 *anchor = closest_place(equations.body, &contact.place);
                 *used = T::of(APART) - (contact.overlap + placed.compressed.spread);
+                is_changed |= before != (*anchor, *used);
                 continue;
             }
             if *used >= T::of(APART) {
@@ -357,10 +403,13 @@ impl<T: Elementary> Pad<'_, T> {
                 let to_anchor = times(&contact.stretch, contact.bound / contact.length);
                 *anchor = closest_place(equations.body, &plus(&contact.place, &to_anchor));
             }
-            let used_now = used_now.at_most(T::of(1.0));
-            let used_before = used.magnitude();
-            let grows = used_now - used_before > T::of(NOTICED)
-                || ((used_now - used_before).magnitude() <= T::of(NOTICED) && *used >= zero);
+            let (used_now, used_before, grew) = (used_now.at_most(T::of(1.0)), used.magnitude(), *used >= zero);
+            let beyond = if grew { used_before - used_now } else { used_now - used_before };
+            let dead_band = T::of(NOTICED) * contact.bound + noticed_mm;
+            let at_bound = (T::of(1.0) - used_now) * contact.bound <= dead_band;
+            let grows = at_bound || grew != (beyond * contact.bound > dead_band);
+            // Within the dead band the extreme value of this rise or fall remains.
+            let used_now = if grows == grew && beyond > zero { used_before } else { used_now };
             // Stuck shares: for the stick ratio, and with a narrower transition for the regime.
             let (stuck_share, firm_share) = if slips {
                 (zero, zero)
@@ -371,15 +420,23 @@ impl<T: Elementary> Pad<'_, T> {
                 (T::of(1.0), T::of(1.0))
             };
             *used = if grows { used_now } else { -used_now };
+            is_changed |= before != (*anchor, *used);
             let contact_area = placed.compressed.area(contact.below, law);
             area += contact_area;
             stuck_area += contact_area * stuck_share;
             firm_area += contact_area * firm_share;
             strength += contact.strength;
-            let on_skin = minus(&times(&contact.stretch, contact.grip), &times(&contact.inward, contact.force));
+            let traction = times(&contact.stretch, contact.grip);
+            let on_skin = minus(&traction, &times(&contact.inward, contact.force));
             let arm = plus(&contact.place, &apex);
+            friction = plus(&friction, &traction);
+            friction_spin += arm[0] * traction[1] - arm[1] * traction[0];
             force = plus(&force, &on_skin);
-            moment = plus(&moment, &cross(&arm, &on_skin));
+            let moved = minus(&contact.place, &placed.place);
+            let tilting = cross(&plus(&placed.place, &apex), &on_skin);
+            let soft_tilting = cross(&[soft * moved[0], soft * moved[1], stiff * moved[2]], &on_skin);
+            let spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0];
+            moment = plus(&moment, &[tilting[0] + soft_tilting[0], tilting[1] + soft_tilting[1], spinning]);
             middle = plus(&middle, &times(&arm, contact.strength));
             reach += contact.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
             // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
@@ -402,7 +459,20 @@ impl<T: Elementary> Pad<'_, T> {
             moment =
                 minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&mean_moment, contact.force)));
         }
-        Sums { force, moment, turning, area, stuck_area, firm_area, strength, middle, reach }
+        Sums {
+            force,
+            moment,
+            friction,
+            friction_spin,
+            turning,
+            area,
+            stuck_area,
+            firm_area,
+            strength,
+            middle,
+            reach,
+            is_changed,
+        }
     }
 
     /// The response of a contact with these sums over its patches.
@@ -413,26 +483,26 @@ impl<T: Elementary> Pad<'_, T> {
         equations: &Equations<'_, T, B>,
         sums: &Sums<T>,
     ) -> Response<T> {
-        let Sums { area, stuck_area, firm_area, strength, reach, .. } = *sums;
+        let Sums { friction_spin, area, stuck_area, firm_area, strength, reach, .. } = *sums;
         let zero = T::of(0.0);
         let turning = rotated(&equations.frame.axes, &sums.turning);
         let moment = plus(&sums.moment, &[-turning[1], turning[0], zero]);
         // From the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
-        let (force, moment) = (back(&sums.force), back(&moment));
-        let normal = force[2].not_negative();
+        let (force, moment, friction) = (back(&sums.force), back(&moment), back(&sums.friction));
+        let (normal, in_contact) = (force[2], area > zero);
+        let pressing = normal.not_negative();
         let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
-        let friction = (force[0] * force[0] + force[1] * force[1]).magnitude().sqrt();
-        // The slip margin compares friction, and the moment about the centre of the strengths, with an ellipse.
+        let resultant = dot(&friction, &friction).magnitude().sqrt();
+        // The slip margin compares friction, and its moment about the centre of the strengths, with an ellipse.
         let middle = back(&times(&sums.middle, T::of(1.0) / strength_or_tiny));
         let square = (reach / strength_or_tiny - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
         // With one patch in contact the difference is rounding only.
         let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
-        let about_middle = moment[2] - (middle[0] * force[1] - middle[1] * force[0]);
-        let (share, turning) = (friction / strength_or_tiny, about_middle / (strength_or_tiny * arm + T::of(1e-12)));
-        let stick_ratio = if area > zero { stuck_area / area } else { zero };
-        let in_contact = normal > zero;
+        let about_middle = friction_spin - (middle[0] * friction[1] - middle[1] * friction[0]);
+        let (share, turning) = (resultant / strength_or_tiny, about_middle / (strength_or_tiny * arm + T::of(1e-12)));
+        let stick_ratio = if in_contact { stuck_area / area } else { zero };
         let (numbers, steepness) = (self.numbers, steepness(equations.body));
         let (away, deep) = (away(state.tilt), (state.depth - T::of(DEEP_MM)).not_negative());
         let added = [0, 1].map(|k| steepness * numbers.band_body[k] + deep * numbers.band_deep[k]);
@@ -440,10 +510,11 @@ impl<T: Elementary> Pad<'_, T> {
             |[neutral, other]: &[[T; 3]; 2]| parabola(neutral, stick_ratio) + away * parabola(other, stick_ratio);
         let [light, more] = numbers.band_light_n;
         let light = [0, 1].map(|k| light[k] + away * more[k]);
-        let per_normal = T::of(1.0) / (normal + T::of(f32::MIN_POSITIVE));
+        let per_normal = if pressing > zero { T::of(1.0) / pressing } else { zero };
         Response {
             normal_force_n: normal,
             friction_n: [force[0], force[1]],
+            tangential_friction_n: [friction[0], friction[1]],
             stick_ratio,
             friction_limit_n: strength,
             slip_margin: if in_contact {
@@ -452,9 +523,14 @@ impl<T: Elementary> Pad<'_, T> {
                 zero
             },
             spin_moment_n_mm: moment[2],
-            pressure_centre_mm: if in_contact { [-moment[1] * per_normal, moment[0] * per_normal] } else { [zero; 2] },
+            tilt_moment_n_mm: [moment[0], moment[1]],
+            pressure_centre_mm: [-moment[1] * per_normal, moment[0] * per_normal],
             contact_area_mm2: area,
-            band_normal_n: if in_contact { normal * (band(&numbers.band_normal) + added[0]) + light[0] } else { zero },
+            band_normal_n: if in_contact {
+                pressing * (band(&numbers.band_normal) + added[0]) + light[0]
+            } else {
+                zero
+            },
             band_friction_n: if in_contact {
                 strength * (band(&numbers.band_friction) + added[1]) + light[1]
             } else {
@@ -496,6 +572,9 @@ struct Sums<T> {
     force: Vec3<T>,
     /// Its moment, N mm.
     moment: Vec3<T>,
+    /// Its part along the surface, N, and the moment of that about the normal, N mm.
+    friction: Vec3<T>,
+    friction_spin: T,
     /// Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame, N mm.
     turning: Vec3<T>,
     /// Area in contact, its stuck part, and its stuck part as counted for the regime, mm².
@@ -506,6 +585,8 @@ struct Sums<T> {
     strength: T,
     middle: Vec3<T>,
     reach: T,
+    /// Whether the state of a patch is another one than before the step.
+    is_changed: bool,
 }
 
 /// The patches that take part in a step.

@@ -45,11 +45,9 @@ impl<'a, B: Surface<f64>> PathRun<'a, B> {
 
     /// Force along the plane's axes, and moment about the centre of rotation of poses.
     fn wrench(&self, at: &[f64; 6], r: &Response<f64>) -> ([f64; 3], [f64; 3]) {
-        let n = r.normal_force_n;
-        let [x, y] = r.friction_n;
-        let [cx, cy] = r.pressure_centre_mm;
+        let ([x, y], [about_x, about_y]) = (r.friction_n, r.tilt_moment_n_mm);
         let height = self.height(at);
-        ([x, y, n], [n * cy - height * y, -n * cx + height * x, r.spin_moment_n_mm])
+        ([x, y, r.normal_force_n], [about_x - height * y, about_y + height * x, r.spin_moment_n_mm])
     }
 
     fn step(&mut self, next: [f64; 6]) {
@@ -92,10 +90,10 @@ impl<'a, B: Surface<f64>> PathRun<'a, B> {
 macro_rules! on_every_body {
     ($pad:expr, $check:ident) => {{
         $check("plane", PathRun::new($pad, Plane));
-        $check("sphere", PathRun::new($pad, Sphere { radius_mm: 8.0 }));
-        $check("bowl", PathRun::new($pad, Sphere { radius_mm: -40.0 }));
-        $check("cylinder", PathRun::new($pad, Cylinder { radius_mm: 10.0, axis: [0.6, 0.8] }));
-        $check("edge", PathRun::new($pad, Edge { radius_mm: 2.0, axis: [0.8, 0.6], face: [0.8, 0.6] }));
+        $check("sphere", PathRun::new($pad, Sphere::new(8.0).unwrap()));
+        $check("bowl", PathRun::new($pad, Sphere::new(-40.0).unwrap()));
+        $check("cylinder", PathRun::new($pad, Cylinder::new(10.0, 53.0).unwrap()));
+        $check("edge", PathRun::new($pad, Edge::new(2.0, 37.0, 106.0).unwrap()));
     }};
 }
 
@@ -279,10 +277,12 @@ fn bad_input_is_flagged_and_harmless() {
         assert_eq!(Response { status: Status::OK, ..r }, before, "{motion:?}");
     }
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: 9.0, ..press }, [80.0, 0.0]);
-    assert_eq!(r.status, Status::DEPTH_ABOVE_RANGE.with(Status::POSE_OUT_OF_RANGE));
+    let range = Status::DEPTH_ABOVE_RANGE.with(Status::POSE_OUT_OF_RANGE);
+    // Such a jump needs more evaluations than a step has.
+    assert_eq!(r.status.difference(Status::NOT_CONVERGED), range);
     assert!(r.normal_force_n.is_finite() && r.normal_force_n > before.normal_force_n);
     let r = pad.step(&mut state, &Plane, Motion { slide_increment_mm: [1e6, 0.0], ..press }, [30.0, 0.0]);
-    assert_eq!(r.status, Status::LARGE_INCREMENT);
+    assert_eq!(r.status.difference(Status::NOT_CONVERGED), Status::LARGE_INCREMENT);
     // A patch that comes into contact during this step has not slipped yet.
     assert!(r.stick_ratio < 0.2, "{}", r.stick_ratio);
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: -1.0, ..press }, [30.0, 0.0]);
@@ -431,7 +431,7 @@ fn a_tuned_pad_is_the_pad_of_the_other_finger() {
     }
     let other = other.pad();
     assert!((tuned.depth_max_mm() - other.numbers.depth_max_mm).abs() < 1e-6);
-    let body = Sphere { radius_mm: 12.0 };
+    let body = Sphere::new(12.0).unwrap();
     let mut states = [&tuned, &other].map(|pad| PadState::<N, f64>::over(pad, [30.0, 0.0]).unwrap());
     let mut largest = [0.0f64; 3];
     for k in 0..60 {

@@ -53,7 +53,7 @@ fn the_documents_vectors() {
         let expected: Vec<u32> = output[..9].iter().map(|w| u32::from_str_radix(w, 16).unwrap()).collect();
         assert_eq!(words(&r)[..], expected[..], "{line}");
         assert_eq!(r.regime as u32, output[9].parse::<u32>().unwrap());
-        assert_eq!(u32::from(r.status.0), output[10].parse::<u32>().unwrap());
+        assert_eq!(r.status.0, output[10].parse::<u32>().unwrap());
         lines += 1;
     }
     assert_eq!(lines, 8);

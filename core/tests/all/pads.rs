@@ -64,6 +64,6 @@ proptest! {
     #[test]
     fn any_bits_are_answered(words in prop::collection::vec(any::<[u32; 8]>(), 1..12)) {
         answers(&Plane, &words)?;
-        answers(&Edge { radius_mm: 3.0, axis: [0.6, 0.8], face: [0.8, 0.6] }, &words)?;
+        answers(&Edge::new(3.0, 53.0, 106.0).unwrap(), &words)?;
     }
 }

@@ -186,6 +186,8 @@ proptest! {
         run(&data, &mirrored, |_, r| {
             let mut turned = *r;
             turned.friction_n[1] = -turned.friction_n[1];
+            turned.tangential_friction_n[1] = turned.friction_n[1];
+            turned.tilt_moment_n_mm[0] = -turned.tilt_moment_n_mm[0];
             turned.spin_moment_n_mm = -turned.spin_moment_n_mm;
             turned.pressure_centre_mm[1] = -turned.pressure_centre_mm[1];
             assert_eq!(Some(&turned), straight.next());

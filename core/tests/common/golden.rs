@@ -51,7 +51,7 @@ pub fn mixed(digest: u32, r: &Response) -> u32 {
         r.band_normal_n.to_bits(),
         r.band_friction_n.to_bits(),
         r.regime as u32,
-        u32::from(r.status.0),
+        r.status.0,
     ];
     words.into_iter().fold(digest, |digest, word| (digest ^ word).wrapping_mul(0x0100_0193).rotate_left(5))
 }

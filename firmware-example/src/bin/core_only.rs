@@ -104,9 +104,9 @@ fn pads(bytes: &mut [u8], f: [f32; 4]) -> Option<Response> {
     black_box(pad.step(&mut state, &Plane, motion, [f[0], f[1]]));
     black_box(pad.patch_states(&state, &Plane));
     let mut over = PadState::<38>::over(&pad, [f[0], f[1]]).ok()?;
-    black_box(pad.step(&mut over, &Sphere { radius_mm: f[0] }, motion, [f[0], f[1]]));
-    black_box(pad.step(&mut over, &Cylinder { radius_mm: f[0], axis: [f[1], f[2]] }, motion, [f[0], f[1]]));
-    let edge = Edge { radius_mm: f[0], axis: [f[1], f[2]], face: [f[2], f[1]] };
+    let edge = Edge::new(f[0], f[1], f[2]).ok()?;
+    black_box(pad.step(&mut over, &Sphere::new(f[0]).ok()?, motion, [f[0], f[1]]));
+    black_box(pad.step(&mut over, &Cylinder::new(f[0], f[1]).ok()?, motion, [f[0], f[1]]));
     let r = pad.step(&mut over, &edge, motion, [f[0], f[1]]);
     black_box(pad.energy_mj(&over, &edge));
     Some(r)

@@ -5,7 +5,7 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use fingerpad::pad::{Cylinder, Pad, PadState, Plane, Sphere, Surface};
+use fingerpad::pad::{Cylinder, Effort, Pad, PadState, Plane, Sphere, Surface};
 use fingerpad::{Error, Motion, Response};
 use fingerpad_firmware::count::{Count, count, start};
 use fingerpad_firmware::{PATCHES, exit, pad};
@@ -60,7 +60,7 @@ fn row<B: Surface<f32>>(
     turn: [f32; 2],
     samples: &[[f32; 4]],
 ) -> Result<(), Error> {
-    let pad = pad()?;
+    let pad = pad()?.with_effort(Effort::REAL_TIME);
     let state = if body.is_plane() { PadState::new(&pad)? } else { PadState::over(&pad, start)? };
     let mut bench = Bench { pad, body, state, pose: start, turn, response: Response::default() };
     // Down to the first depth.
@@ -78,14 +78,17 @@ fn all() -> Result<(), Error> {
     row("pad, plane, strokes", Plane, [30.0, 0.0], [0.0; 2], &strokes)?;
     row("pad, plane, strokes and spin", Plane, [30.0, 0.0], [0.0; 2], &spins)?;
     row("pad, plane, strokes, spin, rolling", Plane, [38.0, 6.0], [3.0; 2], &spins)?;
-    row("pad, sphere of 10 mm, strokes", Sphere { radius_mm: 10.0 }, [30.0, 0.0], [0.0; 2], &strokes)?;
-    row(
-        "pad, cylinder of 10 mm, strokes",
-        Cylinder { radius_mm: 10.0, axis: [0.0, 1.0] },
-        [30.0, 0.0],
-        [0.0; 2],
-        &strokes,
-    )?;
+    row("pad, sphere of 10 mm, strokes", Sphere::new(10.0)?, [30.0, 0.0], [0.0; 2], &strokes)?;
+    row("pad, cylinder of 10 mm, strokes", Cylinder::new(10.0, 90.0)?, [30.0, 0.0], [0.0; 2], &strokes)?;
+    // There and back: up to the bound of evaluations.
+    let between =
+        |a: [f32; 4], b: [f32; 4]| -> [[f32; 4]; 64] { core::array::from_fn(|i| if i % 2 == 0 { a } else { b }) };
+    let jumps = between([1.8, 0.0, 0.0, 0.0], [0.8, 0.0, 0.0, 0.0]);
+    row("pad, plane, jumps of 1 mm", Plane, [30.0, 0.0], [0.0; 2], &jumps)?;
+    let jolts = between([1.0, 0.02, 0.02, 0.0], [1.0, -0.02, -0.02, 0.0]);
+    row("pad, plane, jolts of 20 um, 0.2 degrees", Plane, [30.0, 0.0], [10.0; 2], &jolts)?;
+    let taps = between([-0.05, 0.0, 0.0, 0.0], [0.1, 0.02, 0.0, 0.0]);
+    row("pad, plane, taps at 0.15 m/s", Plane, [30.0, 0.0], [0.0; 2], &taps)?;
     let rest = [[1.0, 0.0, 0.0, 0.0]; 64];
     row("pad, plane, at rest", Plane, [30.0, 0.0], [0.0; 2], &rest[8..])
 }

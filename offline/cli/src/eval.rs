@@ -36,7 +36,8 @@ Examples:
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg,
 pitch_deg and roll_deg. All of them are linear between rows. Moments in place of angles are refused. The response has
-the columns of `simulate`, and friction_limit_n, slip_margin, band_normal_n, band_friction_n. The bands are
+the columns of `simulate`, and friction_limit_n, slip_margin, band_normal_n, band_friction_n,
+tangential_friction_x_n, tangential_friction_y_n (friction without the pressure on a body's slopes). The bands are
 half-widths that contain 95 % of the finite-element rows that were left out of the fit. Steps are at most 0.02 mm and
 0.4 degrees; all arithmetic is that of the package on the microcontroller. If a force cannot be reached, the result is
 the nearest state, with the status load_not_reached. Flags of the column status are counted on standard error.
@@ -241,8 +242,13 @@ fn needs_pad(args: &Args, bed: &File<'_>, path: &PlanePath) -> Option<String> {
 /// Writes the response and prints a summary of its status flags.
 fn write(args: &Args, path: &PlanePath, rows: &[TrajectoryRow], range: &Range) -> Result<(), Failure> {
     let responses: Vec<_> = rows.iter().map(|r| r.response).collect();
-    let extra: Vec<_> =
-        rows.iter().map(|r| [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n]).collect();
+    let extra: Vec<_> = rows
+        .iter()
+        .map(|r| {
+            let [x, y] = r.tangential_friction_n;
+            [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n, x, y]
+        })
+        .collect();
     response_csv::check(&args.out, &responses)?;
     during("writing", |_| outputs::write(&args.out, |w| response_csv::write_to(w, &responses, Some(&extra))))?;
     outputs::say(&args.out, &format!("{}: {} rows", args.out.display(), rows.len()));

@@ -67,16 +67,18 @@ pub enum PathError {
 /// One row: the quantities of a finite-element response, and those that only the reduced model returns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryRow {
-    /// Position, pose, forces and moments. Moments about x and y are those of the normal force at the centre of pressure.
+    /// Position, pose, forces and moments.
     pub response: load_path::Response,
     /// Friction limit in the direction of the present friction, N.
     pub friction_limit_n: f64,
-    /// 1 − |friction| / limit.
+    /// 1 less the share of its limit that friction uses.
     pub slip_margin: f64,
     /// Half-width of the 95 % band of the normal force, N.
     pub band_normal_n: f64,
     /// Half-width of the 95 % band of each friction component, N.
     pub band_friction_n: f64,
+    /// Friction alone along x and y, N; on a curved body the force along x and y has the pressure on its slopes as well.
+    pub tangential_friction_n: [f64; 2],
 }
 
 /// Depth or normal force, slides or frictions, then spin, pitch and roll.
@@ -84,7 +86,6 @@ pub(crate) type Position = [f64; 6];
 
 fn row(t_s: f64, at: Position, r: &Response) -> TrajectoryRow {
     let [depth_mm, slide_x_mm, slide_y_mm, spin_deg, pitch_deg, roll_deg] = at;
-    let normal_force_n = f64::from(r.normal_force_n);
     let centre = r.pressure_centre_mm.map(f64::from);
     TrajectoryRow {
         response: load_path::Response {
@@ -92,7 +93,7 @@ fn row(t_s: f64, at: Position, r: &Response) -> TrajectoryRow {
             depth_mm,
             slide_x_mm,
             slide_y_mm,
-            normal_force_n,
+            normal_force_n: r.normal_force_n.into(),
             friction_x_n: r.friction_n[0].into(),
             friction_y_n: r.friction_n[1].into(),
             contact_area_mm2: r.contact_area_mm2.into(),
@@ -103,12 +104,13 @@ fn row(t_s: f64, at: Position, r: &Response) -> TrajectoryRow {
             spin_deg,
             pitch_deg,
             roll_deg,
-            moment_n_mm: [centre[1] * normal_force_n, -centre[0] * normal_force_n, r.spin_moment_n_mm.into()],
+            moment_n_mm: [r.tilt_moment_n_mm[0], r.tilt_moment_n_mm[1], r.spin_moment_n_mm].map(f64::from),
         },
         friction_limit_n: r.friction_limit_n.into(),
         slip_margin: r.slip_margin.into(),
         band_normal_n: r.band_normal_n.into(),
         band_friction_n: r.band_friction_n.into(),
+        tangential_friction_n: r.tangential_friction_n.map(f64::from),
     }
 }
 

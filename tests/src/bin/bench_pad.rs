@@ -6,14 +6,14 @@ use std::time::Instant;
 
 use clap::Parser;
 use fingerpad::host::{ModelFile, PadModelFile};
-use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere};
+use fingerpad::pad::{Pad, PadState, Plane};
 use fingerpad::{Motion, SpinState, step};
 use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadModel, PadScores, replay, score_depths, score_runs};
 use fingerpad_reduce::{Kind, Run};
-use fingerpad_tests::pads::{PATCHES, Ride, held_load, least_work};
+use fingerpad_tests::pads::{PATCHES, Ride, held_load, least_dissipations_f64};
 
 #[derive(Parser)]
 #[command(about = "The pad: errors along finite-element runs, memory, energy, steps, cost", name = "bench_pad")]
@@ -33,8 +33,8 @@ struct Args {
     /// Cycles of a held load
     #[arg(long, default_value_t = 1000)]
     cycles: usize,
-    /// Random closed paths on each body at 200 steps a leg; at 2000 steps at most 40 of them
-    #[arg(long, default_value_t = 40)]
+    /// Closed paths that the search for a gain of work tries on each body
+    #[arg(long, default_value_t = 500)]
     paths: usize,
 }
 
@@ -208,16 +208,9 @@ fn memory(pad: &Pad<'_>, cycles: usize) -> Result<(), Failure> {
 
 /// Random closed paths in all six coordinates, the strength changing: work of the body over what goes in and out.
 fn energy(pad: &Pad<'_, f64>, paths: usize) -> Result<(), Failure> {
-    println!("\nleast work over what is exchanged, random closed paths in six coordinates of eight legs:");
-    let axis = [0.6, 0.8];
-    for (steps, paths) in [(200, paths), (2000, paths.min(40))] {
-        println!(
-            "{paths:>6} paths, {steps:>4} steps a leg: plane {:+.1e}, sphere of 8 mm {:+.1e}, cylinder of 10 mm {:+.1e}, edge of 2 mm {:+.1e}",
-            least_work(*pad, &Plane, paths, steps)?,
-            least_work(*pad, &Sphere { radius_mm: 8.0 }, paths, steps)?,
-            least_work(*pad, &Cylinder { radius_mm: 10.0, axis }, paths, steps)?,
-            least_work(*pad, &Edge { radius_mm: 2.0, axis, face: [0.8, 0.6] }, paths, steps)?
-        );
+    println!("\nleast dissipated share of the exchanged work, closed paths in six coordinates found by a search:");
+    for (name, least) in least_dissipations_f64(*pad, paths, 40)? {
+        println!("{name}: {least:+.1e}");
     }
     Ok(())
 }

@@ -68,21 +68,15 @@ impl<'a> PadTeller<'a> {
     }
 
     pub fn begin(&mut self, kind: u32, [radius_mm, axis_deg, angle_deg, pitch_deg, roll_deg]: [f32; 5]) -> String {
-        let in_range = match kind {
-            0 => true,
-            1 | 2 => (0.1..=1e6).contains(&radius_mm.abs()),
-            3 => (0.1..=1e6).contains(&radius_mm) && (1.0..=179.0).contains(&angle_deg),
-            _ => false,
+        let body = match kind {
+            0 => Ok(Body::Plane),
+            1 => Sphere::new(radius_mm).map(Body::Sphere),
+            2 => Cylinder::new(radius_mm, axis_deg).map(Body::Cylinder),
+            3 => Edge::new(radius_mm, axis_deg, angle_deg).map(Body::Edge),
+            _ => return range(false),
         };
-        if !in_range || (kind > 1 && !(-180.0..=180.0).contains(&axis_deg)) {
-            return range(false);
-        }
-        self.body = match kind {
-            0 => Body::Plane,
-            1 => Body::Sphere(Sphere { radius_mm }),
-            2 => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
-            _ => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
-        };
+        let Ok(body) = body else { return range(false) };
+        self.body = body;
         let (pose, pad) = ([pitch_deg, roll_deg], self.pad);
         let over_plane = kind == 0;
         self.state = if over_plane { PadState::new(&pad).ok() } else { PadState::over(&pad, pose).ok() };

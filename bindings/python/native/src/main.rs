@@ -1,7 +1,7 @@
 //! The core without Python, for its tests and measurements.
 //!
 //! `native bed MODEL.fpm spin|plain` and `native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL` read rows of eight little-endian floats
-//! (depth, slide x, slide y, spin, dt, strength factor, pitch, roll; beds pass the last two over) and write the fourteen words of each
+//! (depth, slide x, slide y, spin, dt, strength factor, pitch, roll; beds pass the last two over) and write the eighteen words of each
 //! response, and of a pad behind them the nine floats of each of its patches. PITCH and ROLL are the pose over the body's apex.
 
 use std::io::{BufWriter, Read, StdoutLock, Write};
@@ -28,10 +28,10 @@ fn main() -> Result<(), Failure> {
             let pose = [pitch.parse()?, roll.parse()?];
             match body {
                 "Plane" => on_pad(&pad, &Plane, PadState::new(&pad)?),
-                "Sphere" => on_pad(&pad, &Sphere { radius_mm }, PadState::over(&pad, pose)?),
-                "Cylinder" => on_pad(&pad, &Cylinder::new(radius_mm, axis_deg), PadState::over(&pad, pose)?),
+                "Sphere" => on_pad(&pad, &Sphere::new(radius_mm)?, PadState::over(&pad, pose)?),
+                "Cylinder" => on_pad(&pad, &Cylinder::new(radius_mm, axis_deg)?, PadState::over(&pad, pose)?),
                 "Edge" => {
-                    let edge = Body::Edge(Edge::new(radius_mm, axis_deg, angle.parse()?));
+                    let edge = Body::Edge(Edge::new(radius_mm, axis_deg, angle.parse()?)?);
                     on_pad(&pad, &edge, PadState::over(&pad, pose)?)
                 }
                 _ => Err(format!("{body} is no body").into()),
@@ -92,15 +92,17 @@ fn write(out: &mut BufWriter<StdoutLock>, words: &[u32]) -> std::io::Result<()> 
     words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
 }
 
-fn words(r: &Response) -> [u32; 14] {
+fn words(r: &Response) -> [u32; 18] {
     let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
     let first = [r.normal_force_n, x, y, r.spin_moment_n_mm, r.slip_margin, r.stick_ratio].map(f32::to_bits);
     let rest = [r.friction_limit_n, r.contact_area_mm2, centre_x, centre_y, r.band_normal_n, r.band_friction_n];
     let rest = rest.map(f32::to_bits);
-    let mut words = [0; 14];
+    let mut words = [0; 18];
     words[..6].copy_from_slice(&first);
     words[6] = r.regime as u32;
-    words[7] = u32::from(r.status.0);
-    words[8..].copy_from_slice(&rest);
+    words[7] = r.status.0;
+    words[8..14].copy_from_slice(&rest);
+    let ([friction_x, friction_y], [about_x, about_y]) = (r.tangential_friction_n, r.tilt_moment_n_mm);
+    words[14..].copy_from_slice(&[friction_x, friction_y, about_x, about_y].map(f32::to_bits));
     words
 }

@@ -30,7 +30,8 @@ FORCES = np.dtype(
         ("status", np.uint32),
     ]
 )
-#: Response of a contact with outputs="all": the forces, then limit, area, centre of pressure and 95 % bands.
+#: Response of a contact with outputs="all": the forces, then limit, area, centre of pressure, 95 % bands,
+#: friction alone and the moments about x and y.
 RESPONSE = np.dtype(
     [(name, FORCES.fields[name][0]) for name in FORCES.names or ()]  # type: ignore[index]
     + [
@@ -40,6 +41,10 @@ RESPONSE = np.dtype(
         ("pressure_centre_y_mm", np.float32),
         ("band_normal_n", np.float32),
         ("band_friction_n", np.float32),
+        ("tangential_friction_x_n", np.float32),
+        ("tangential_friction_y_n", np.float32),
+        ("tilt_moment_x_n_mm", np.float32),
+        ("tilt_moment_y_n_mm", np.float32),
     ]
 )
 #: Response of a driven contact: the plain response, then the motion that led to it.

@@ -301,6 +301,22 @@ class Response:
     def band_friction_n(self) -> float:
         """Half-width of the 95 % band of the friction, N."""
 
+    @property
+    def tangential_friction_x_n(self) -> float:
+        """Friction alone along x, N: the sum of the tangential tractions."""
+
+    @property
+    def tangential_friction_y_n(self) -> float:
+        """Friction alone along y, N."""
+
+    @property
+    def tilt_moment_x_n_mm(self) -> float:
+        """Moment of all forces about x, N mm."""
+
+    @property
+    def tilt_moment_y_n_mm(self) -> float:
+        """Moment of all forces about y, N mm."""
+
     def to_record(self) -> npt.NDArray[np.void]:
         """The same as an array of one record of `RESPONSE`."""
 

@@ -73,9 +73,9 @@ impl<'a> Finger<'a> {
         };
         let body = match kind as u32 {
             0 => Body::Plane,
-            1 => Body::Sphere(Sphere { radius_mm }),
-            2 => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
-            3 => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+            1 => Body::Sphere(Sphere::new(radius_mm).map_err(|e| e.to_string())?),
+            2 => Body::Cylinder(Cylinder::new(radius_mm, axis_deg).map_err(|e| e.to_string())?),
+            3 => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg).map_err(|e| e.to_string())?),
             _ => return Err("no such body".into()),
         };
         let is_plane = body == Body::Plane;
@@ -127,7 +127,7 @@ fn replay(file: &PadModelFile, body: &str, motions: &[[f32; 10]]) -> Result<Vec<
         let places = [r.spin_moment_n_mm, r.pressure_centre_mm[0], r.pressure_centre_mm[1], r.contact_area_mm2];
         let bands = [r.band_normal_n, r.band_friction_n];
         words.extend(numbers.iter().chain([&r.slip_margin]).chain(&places).chain(&bands).map(|x| x.to_bits()));
-        words.extend([r.regime as u32, u32::from(r.status.0)]);
+        words.extend([r.regime as u32, r.status.0]);
     }
     for p in &finger.pad.patch_states(&finger.contact, &finger.body)[..finger.pad.patches.len()] {
         let ([x, y, z], [tx, ty]) = (p.place_mm, p.traction_mpa);

@@ -187,14 +187,16 @@ pub extern "C" fn fitted(what: u32) -> f32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn set_body(kind: u32, radius_mm: f32, axis_deg: f32, angle_deg: f32) -> u32 {
     let Some(finger) = finger() else { return 1 };
-    let is_round = RADIUS_MM.contains(&radius_mm) && (-180.0..=180.0).contains(&axis_deg);
-    finger.body = match kind {
-        0 => Body::Plane,
-        1 if is_round => Body::Sphere(Sphere { radius_mm }),
-        2 if is_round => Body::Cylinder(Cylinder::new(radius_mm, axis_deg)),
-        3 if is_round && (1.0..=179.0).contains(&angle_deg) => Body::Edge(Edge::new(radius_mm, axis_deg, angle_deg)),
+    let is_round = RADIUS_MM.contains(&radius_mm);
+    let body = match kind {
+        0 => Ok(Body::Plane),
+        1 if is_round => Sphere::new(radius_mm).map(Body::Sphere),
+        2 if is_round => Cylinder::new(radius_mm, axis_deg).map(Body::Cylinder),
+        3 if is_round => Edge::new(radius_mm, axis_deg, angle_deg).map(Body::Edge),
         _ => return 1,
     };
+    let Ok(body) = body else { return 1 };
+    finger.body = body;
     0
 }
 
@@ -273,7 +275,7 @@ fn step(
         *word = number.to_bits();
     }
     words[RESULT - 2] = r.regime as u32;
-    words[RESULT - 1] = u32::from(status.0);
+    words[RESULT - 1] = status.0;
     words
 }
 

@@ -165,7 +165,11 @@ fn the_columns_are_those_of_simulate_and_four_more() {
     folder.done("simulate --path p.csv --config c.toml --out s.csv");
     folder.done(EVAL);
     let head = |name: &str| folder.text(name).lines().next().unwrap().to_owned();
-    assert_eq!(head("r.csv"), head("s.csv") + ",friction_limit_n,slip_margin,band_normal_n,band_friction_n");
+    assert_eq!(
+        head("r.csv"),
+        head("s.csv")
+            + ",friction_limit_n,slip_margin,band_normal_n,band_friction_n,tangential_friction_x_n,tangential_friction_y_n"
+    );
 }
 
 /// Temperature: 3 % less strength for each degree below 32.

@@ -29,7 +29,14 @@ pub const POSE_COLUMNS: [&str; 8] =
     ["spin_deg", "pitch_deg", "roll_deg", "spin_moment_n_mm", "moment_x_n_mm", "moment_y_n_mm", "cop_x_mm", "cop_y_mm"];
 
 /// Columns that the reduced model adds; [`read`] accepts and skips them.
-pub const EXTRA_COLUMNS: [&str; 4] = ["friction_limit_n", "slip_margin", "band_normal_n", "band_friction_n"];
+pub const EXTRA_COLUMNS: [&str; 6] = [
+    "friction_limit_n",
+    "slip_margin",
+    "band_normal_n",
+    "band_friction_n",
+    "tangential_friction_x_n",
+    "tangential_friction_y_n",
+];
 
 fn numbers(r: &Response) -> [f64; 9] {
     [
@@ -96,7 +103,7 @@ pub fn header(has_extra: bool) -> String {
 ///
 /// # Errors
 /// Those of `w`.
-pub fn write_to(w: &mut dyn Write, responses: &[Response], extra: Option<&[[f64; 4]]>) -> io::Result<()> {
+pub fn write_to(w: &mut dyn Write, responses: &[Response], extra: Option<&[[f64; 6]]>) -> io::Result<()> {
     writeln!(w, "{}", header(extra.is_some()))?;
     let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
     for (i, response) in responses.iter().enumerate() {
@@ -163,7 +170,7 @@ fn parse_status(text: &str) -> Option<Status> {
     }
     text.split('+').try_fold(Status::OK, |sum, name| {
         let flag =
-            (0..u16::BITS).map(|bit| Status(1 << bit)).find(|flag| !name.is_empty() && flag.to_string() == name)?;
+            (0..u32::BITS).map(|bit| Status(1 << bit)).find(|flag| !name.is_empty() && flag.to_string() == name)?;
         Some(sum.with(flag))
     })
 }
@@ -219,7 +226,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("r.csv");
         let head = header(true) + "\n";
-        let pose = "0,30,0,0.1,0,0,,,1,2,3,4";
+        let pose = "0,30,0,0.1,0,0,,,1,2,3,4,5,6";
         std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,{pose}\n")).unwrap();
         assert_eq!(read(&file).unwrap()[0].regime, Regime::Slip);
         for (regime, status) in [("sliding", "ok"), ("slip", "bad"), ("slip", ""), ("slip", "stabilised+")] {

@@ -4,7 +4,7 @@ use fingerpad::Elementary;
 use fingerpad::pad::{Body, Cylinder, Edge, Sphere};
 use fingerpad_fe::contact::RigidBody;
 
-/// The same body for a pad; None for grooves and height fields, which a pad does not support.
+/// The same body for a pad; None for grooves, height fields and radii that a pad does not support.
 ///
 /// * `near`: rounds to the pad's precision
 pub fn body_of<T: Elementary>(body: &RigidBody, near: impl Fn(f64) -> T) -> Option<Body<T>> {
@@ -12,12 +12,12 @@ pub fn body_of<T: Elementary>(body: &RigidBody, near: impl Fn(f64) -> T) -> Opti
     let axis = |deg: f64| near((deg + 90.0).rem_euclid(180.0) - 90.0);
     match *body {
         RigidBody::Plane => Some(Body::Plane),
-        RigidBody::Sphere { radius_mm } => Some(Body::Sphere(Sphere { radius_mm: near(radius_mm) })),
+        RigidBody::Sphere { radius_mm } => Sphere::new(near(radius_mm)).ok().map(Body::Sphere),
         RigidBody::Cylinder { radius_mm, axis_deg } => {
-            Some(Body::Cylinder(Cylinder::new(near(radius_mm), axis(axis_deg))))
+            Cylinder::new(near(radius_mm), axis(axis_deg)).ok().map(Body::Cylinder)
         }
         RigidBody::Edge { radius_mm, axis_deg, angle_deg } => {
-            Some(Body::Edge(Edge::new(near(radius_mm), axis(axis_deg), near(angle_deg))))
+            Edge::new(near(radius_mm), axis(axis_deg), near(angle_deg)).ok().map(Body::Edge)
         }
         RigidBody::Groove { .. } | RigidBody::Heights(_) => None,
     }
