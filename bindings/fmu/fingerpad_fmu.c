@@ -363,7 +363,7 @@ static void keep(memory *m, const fingerpad_response *r)
     n[CONTACT_AREA_MM2] = (double)r->contact_area_mm2;
     n[BAND_NORMAL_N] = (double)r->band_normal_n;
     n[BAND_FRICTION_N] = (double)r->band_friction_n;
-    m->regime = r->regime;
+    m->regime = (int32_t)r->regime;
 }
 
 /* Brings the strength up to the input; a factor out of range is refused before anything has changed. */

@@ -33,7 +33,7 @@ fn run_program(py: Python<'_>, words: Vec<OsString>, line_every_s: Option<f64>) 
 
 /// The names of the flags in `bits`, joined by `+`; `ok` for none.
 #[pyfunction]
-fn status_words(bits: u16) -> String {
+fn status_words(bits: u32) -> String {
     fingerpad::Status(bits).to_string()
 }
 

@@ -50,7 +50,8 @@ RAD = wp.constant(wp.float32(np.pi / 180))
 APART = wp.constant(wp.float32(2.0))
 SLIPS_SHARE = wp.constant(wp.float32(1.0 + 4e-6))
 SLIPS_MM = wp.constant(wp.float32(4e-6))
-NOTICED = wp.constant(wp.float32(5e-3))
+NOTICED = wp.constant(wp.float32(4e-3))
+NOTICED_LENGTH = wp.constant(wp.float32(5e-5))
 FIRM = wp.constant(wp.float32(0.9))
 STICKS = wp.constant(wp.float32(0.95))
 SLIDES = wp.constant(wp.float32(0.02))
@@ -65,7 +66,9 @@ LEAST_ARM2 = wp.constant(wp.float32(0.01))
 # Largest exponent of the stiffening of the bulk.
 MOST_GROWTH = wp.constant(wp.float32(20.0))
 # Most rounds of a step, most halvings of a round, most factors of the stiffness in a step.
-ROUNDS = wp.constant(16)
+EFFORT = wp.constant(200)
+FACTOR_COST = wp.constant(4)
+BETTER2 = wp.constant(wp.float32(0.25))
 HALVINGS = wp.constant(6)
 # Square of the change of the bulk below which it is in equilibrium, over the square of its size, and the least size that counts.
 TOLERANCE2 = wp.constant(wp.float32(2e-4 * 2e-4))
@@ -689,26 +692,31 @@ def solve(
     before = float(3.4e38)
     is_met = bool(False)
     best_off = float(3.4e38)
+    start_off = float(3.4e38)
+    left = int(EFFORT) - 1
     best = bulk
     is_factored = int(memory[FLAGS, i]) & wp.static(FACTORED) != 0
     factor = stored_factor(memory, i)
-    for _round in range(ROUNDS):
+    for round in range(EFFORT):
         if not is_factored:
             factor = factor_of_stiffness(numbers, patches, modes, rigid, squash, kept, body, frame, strength_factor, bulk, i)
             is_factored = True
             factors = factors + 1
+            left = wp.max(left - FACTOR_COST, 0)
             pairs = 0
             has_last = False
         step = with_factor(factor, gradient)
         off = wp.abs(wp.dot(step, gradient))
         size = wp.dot(bulk, bulk) + LEAST_SIZE2
         is_met = off <= MET2 * size
+        if round == 0:
+            start_off = off
         if off < best_off:
             best_off = off
             best = bulk
-        if not (off > TOLERANCE2 * size):
+        if not (off > TOLERANCE2 * size) or left == 0:
             break
-        if off > KEPT2 * before and factors < FACTORS and pairs > 0:
+        if off > KEPT2 * before and factors < FACTORS and left > FACTOR_COST and pairs > 0:
             is_factored = False
             before = 3.4e38
         else:
@@ -725,9 +733,9 @@ def solve(
                     share = wp.dot(old, change)
                     change = change - old * share
                     moved = moved - moves[p] * share
-                left = wp.dot(change, change)
-                if left > 1e-4 * whole:
-                    one = 1.0 / wp.sqrt(left)
+                beside = wp.dot(change, change)
+                if beside > 1e-4 * whole:
+                    one = 1.0 / wp.sqrt(beside)
                     changes[pairs] = change * one
                     moves[pairs] = moved * one
                     pairs = pairs + 1
@@ -748,12 +756,14 @@ def solve(
             for _halving in range(HALVINGS):
                 bulk = start - way
                 gradient = misfit(numbers, patches, modes, rigid, squash, kept, body, frame, strength_factor, bulk, i)
+                left = wp.max(left - 1, 0)
                 # Not far beyond the least energy along this direction.
-                if not (wp.dot(step, gradient) < -0.5 * off):
+                if left == 0 or not (wp.dot(step, gradient) < -0.5 * off):
                     break
                 way = way * 0.5
     if not is_met:
-        bulk = best
+        if best_off < BETTER2 * start_off:
+            bulk = best
         is_factored = False
     flags = int(wp.static(IN_CONTACT))
     if is_factored:
@@ -1083,13 +1093,16 @@ def step_pad(
                     anchor = foot(body, acting.place + acting.stretch * (acting.bound / acting.length))
                 now = wp.min(now, 1.0)
                 used_before = wp.abs(used)
-                grows = used >= 0.0
-                if grows and now < used_before - NOTICED or not grows and now > used_before + NOTICED:
-                    grows = not grows
-                elif grows:
-                    now = wp.max(now, used_before)
-                else:
-                    now = wp.min(now, used_before)
+                grew = used >= 0.0
+                beyond = now - used_before
+                if grew:
+                    beyond = used_before - now
+                dead_band = NOTICED * acting.bound + NOTICED_LENGTH * numbers[wp.static(place.DEPTH_MAX)]
+                at_bound = (1.0 - now) * acting.bound <= dead_band
+                grows = at_bound or grew != (beyond * acting.bound > dead_band)
+                # Within the dead band the extreme value of this rise or fall remains.
+                if grows == grew and beyond > 0.0:
+                    now = used_before
                 stuck_share = float(1.0)
                 firm = float(1.0)
                 if slips:
@@ -1118,9 +1131,9 @@ def step_pad(
                 friction_spin = friction_spin + (arm[0] * traction[1] - arm[1] * traction[0])
                 force = force + on_skin
                 rest = placed(patches, frame, j)
-                moved = acting.place - rest
+                carried = acting.place - rest
                 tilting = wp.cross(rest + apex, on_skin)
-                softly = wp.cross(wp.vec3(soft * moved[0], soft * moved[1], moved[2] / soft), on_skin)
+                softly = wp.cross(wp.vec3(soft * carried[0], soft * carried[1], carried[2] / soft), on_skin)
                 spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0]
                 moment = moment + wp.vec3(tilting[0] + softly[0], tilting[1] + softly[1], spinning)
                 middle = middle + arm * acting.strength
@@ -1150,6 +1163,9 @@ def step_pad(
             memory[PATCHES + 2 * j, i] = anchor[0]
             memory[PATCHES + 2 * j + 1, i] = anchor[1]
             memory[PATCHES + 2 * count + j, i] = used
+        if not is_met:
+            # The next step may move the skin anywhere.
+            memory[PATCHES + 2 * count + j, i] = wp.min(memory[PATCHES + 2 * count + j, i], APART)
     turning = frame.axes @ turning
     moment = moment + wp.vec3(-turning[1], turning[0], 0.0)
     # Back from the body's axes to those of the plane.

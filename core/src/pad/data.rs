@@ -205,13 +205,13 @@ pub struct Effort {
 
 impl Effort {
     /// Bounds every step at 250 000 instructions of a Cortex-M4F for a pad of 37 patches. A jump then takes up to three steps.
-    pub const REAL_TIME: Self = Self { evaluations: 14, tolerance: 2e-4 };
+    pub const REAL_TIME: Self = Self { evaluations: 11, tolerance: 2e-4 };
 }
 
 impl Default for Effort {
-    /// Enough for equilibrium in steps of tenths of a millimetre.
+    /// Enough for equilibrium in all but absurd steps.
     fn default() -> Self {
-        Self { evaluations: 50, tolerance: 2e-4 }
+        Self { evaluations: 200, tolerance: 2e-4 }
     }
 }
 

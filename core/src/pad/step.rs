@@ -147,12 +147,10 @@ impl<T: Elementary> Pad<'_, T> {
         state.extrapolate(motion);
         let equations = self.equations(state, body);
         let mut active = Vec::<_, P>::new();
-        let which = if state.travel > T::of(NEARBY_MM) { Candidates::All } else { Candidates::Near };
-        self.collect_active(state, &equations, which, &mut active);
+        self.collect_active(state, &equations, Candidates::Near, &mut active);
         let mut evaluations = self.effort.evaluations;
         let mut converged = equations.solve(state, &mut active, &mut evaluations);
-        let moved_mm = self.moved_mm(&start, &state.bulk);
-        if which == Candidates::Near && moved_mm > T::of(NEARBY_MM) && self.may_touch(state, &active, &start) {
+        if self.moved_mm(&start, &state.bulk) > T::of(NEARBY_MM) && self.may_touch(state, &active, &start) {
             // A patch that was left out may touch.
             rare();
             self.collect_active(state, &equations, Candidates::All, &mut active);
