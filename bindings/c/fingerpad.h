@@ -395,7 +395,7 @@ typedef struct {
 } fingerpad_pad_info;
 
 // All that a contact of a pad remembers: 1328 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 932 bytes and a step made for so many,
+// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1004 bytes and a step made for so many,
 // which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 // one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 // rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.

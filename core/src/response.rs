@@ -49,8 +49,8 @@ pub struct Response<T = f32> {
     pub spin_moment_n_mm: T,
     /// Moments M_x and M_y of all forces through the point under first touch, N mm.
     pub tilt_moment_n_mm: [T; 2],
-    /// Centre of pressure along x and y from the point under first touch, mm: M_x = N y, M_y = −N x. 0 where the normal force is not
-    /// positive.
+    /// Centre of pressure along x and y from the point under first touch, mm: M_x = N y, M_y = −N x. A pad gives 0 where the normal
+    /// force is not positive.
     pub pressure_centre_mm: [T; 2],
     /// Contact area, mm².
     pub contact_area_mm2: T,

@@ -7,7 +7,7 @@ use fingerpad::{Error, Motion, Regime, Response};
 
 /// Words of the forces of one contact: six floats, regime and status.
 pub const FORCES: usize = 8;
-/// Words of the whole response of a contact: limit, area, centre of pressure and bands as well.
+/// Words of the whole response of a contact: limit, area, centre of pressure, bands, friction alone and moments as well.
 pub const RESPONSE: usize = 18;
 /// Place of the stick ratio and of the regime among a contact's words.
 const STICK_RATIO: usize = 5;
@@ -156,10 +156,7 @@ impl Watches {
         for ((i, watch), contact) in watches.iter_mut().enumerate().zip(out.chunks_exact(words)) {
             let mut response = Response::default();
             response.stick_ratio = f32::from_bits(contact[STICK_RATIO]);
-            response.regime = [Regime::NoContact, Regime::Stick, Regime::PartialSlip, Regime::Slip]
-                .into_iter()
-                .find(|regime| *regime as u32 == contact[REGIME])
-                .unwrap_or_default();
+            response.regime = Regime::numbered(contact[REGIME]).unwrap_or_default();
             let mut queue: Queue<4> = Queue::new();
             let (mut producer, mut consumer) = queue.split();
             watch.look(&response, &mut producer);

@@ -277,12 +277,10 @@ fn bad_input_is_flagged_and_harmless() {
         assert_eq!(Response { status: Status::OK, ..r }, before, "{motion:?}");
     }
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: 9.0, ..press }, [80.0, 0.0]);
-    let range = Status::DEPTH_ABOVE_RANGE.with(Status::POSE_OUT_OF_RANGE);
-    // Such a jump needs more evaluations than a step has.
-    assert_eq!(r.status.difference(Status::NOT_CONVERGED), range);
+    assert_eq!(r.status, Status::DEPTH_ABOVE_RANGE.with(Status::POSE_OUT_OF_RANGE));
     assert!(r.normal_force_n.is_finite() && r.normal_force_n > before.normal_force_n);
     let r = pad.step(&mut state, &Plane, Motion { slide_increment_mm: [1e6, 0.0], ..press }, [30.0, 0.0]);
-    assert_eq!(r.status.difference(Status::NOT_CONVERGED), Status::LARGE_INCREMENT);
+    assert_eq!(r.status, Status::LARGE_INCREMENT);
     // A patch that comes into contact during this step has not slipped yet.
     assert!(r.stick_ratio < 0.2, "{}", r.stick_ratio);
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: -1.0, ..press }, [30.0, 0.0]);

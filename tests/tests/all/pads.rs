@@ -75,7 +75,7 @@ fn a_held_load_is_the_same_after_a_thousand_cycles() {
     }
 }
 
-/// On which nothing slips, so that all work is stored.
+/// With friction so strong that nothing slips and all work is stored.
 #[test]
 fn forces_and_moments_are_the_slopes_of_the_energy() {
     let model = PadModel::of(&shipped().file().pad);
