@@ -2,7 +2,7 @@
 //!
 //! Main type: [`Ride`]. The same code in single and double precision.
 
-use fingerpad::pad::{Cylinder, Edge, Pad, PadState, Plane, Sphere, Surface};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Sphere};
 use fingerpad::{Elementary, Error, Motion, Response, Status};
 
 use crate::random::Random;
@@ -12,11 +12,11 @@ pub const PATCHES: usize = 64;
 
 /// State of a contact in motion: slide x and y and depth (mm), spin, pitch from the neutral one and roll (rad).
 #[derive(Clone)]
-pub struct Ride<'a, T, B> {
+pub struct Ride<'a, T> {
     /// The pad.
     pub pad: Pad<'a, T>,
     /// The body that it touches.
-    pub body: B,
+    pub body: Body<T>,
     /// Its memory.
     pub state: PadState<PATCHES, T>,
     /// Its pose.
@@ -50,12 +50,12 @@ impl Scalar for f64 {
     }
 }
 
-impl<'a, T: Scalar + Into<f64>, B: Surface<T>> Ride<'a, T, B> {
+impl<'a, T: Scalar + Into<f64>> Ride<'a, T> {
     /// A finger in the air over a body.
     ///
     /// # Errors
     /// Those of [`PadState::new`].
-    pub fn new(pad: Pad<'a, T>, body: B) -> Result<Self, Error> {
+    pub fn new(pad: Pad<'a, T>, body: Body<T>) -> Result<Self, Error> {
         // In the neutral pose bodies lie under the origin.
         let state = PadState::new(&pad)?;
         Ok(Self { pad, body, state, at: START, last: Response::default(), work_mj: [0.0; 2], open_steps: 0 })
@@ -130,7 +130,7 @@ fn phase(size: &[f64; 6], held: &[f64; 6], k: u32) -> [f64; 6] {
 /// # Errors
 /// Those of [`PadState::new`].
 pub fn held_load(pad: Pad<'_>, size: [f64; 6], cycles: usize) -> Result<(Vec<[f64; 2]>, f64), Error> {
-    let mut ride = Ride::new(pad, fingerpad::pad::Plane)?;
+    let mut ride = Ride::new(pad, Body::Plane)?;
     ride.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
     ride.to([0.4, 0.2, 1.0, 0.0, 0.0, 0.0], 50);
     let held = ride.at;
@@ -186,19 +186,14 @@ impl Cycle {
 
     /// Least of three rounds: the work of the body less the growth of the stored energy, over the exchanged work. Friction can only
     /// dissipate, so that it is negative where the pad yields work. Infinite where little is exchanged or a step finds no equilibrium.
-    fn dissipated<T: Scalar + Into<f64>, B: Surface<T> + Clone>(
-        &self,
-        pad: Pad<'_, T>,
-        body: &B,
-        steps: usize,
-    ) -> Result<f64, Error> {
-        let mut ride = Ride::new(pad, body.clone())?;
+    fn dissipated<T: Scalar + Into<f64>>(&self, pad: Pad<'_, T>, body: Body<T>, steps: usize) -> Result<f64, Error> {
+        let mut ride = Ride::new(pad, body)?;
         let (start, _) = self.corner(CORNERS - 1);
         ride.to([0.0, 0.0, start[2], 0.0, 0.0, 0.0], steps);
         ride.to(start, steps);
         let mut least = f64::INFINITY;
         for _ in 0..3 {
-            let energy = |ride: &Ride<'_, T, B>| -> f64 { ride.pad.energy_mj(&ride.state, &ride.body).into() };
+            let energy = |ride: &Ride<'_, T>| -> f64 { ride.pad.energy_mj(&ride.state, &ride.body).into() };
             let before = energy(&ride);
             ride.work_mj = [0.0; 2];
             for k in 0..CORNERS {
@@ -219,9 +214,9 @@ impl Cycle {
 /// less, and starts again where it finds none. The best path of each start is repeated in steps of a sixteenth.
 ///
 /// * `steps`: steps of each of the five legs of a path
-fn least_dissipation<T: Scalar + Into<f64>, B: Surface<T> + Clone>(
+fn least_dissipation<T: Scalar + Into<f64>>(
     pad: Pad<'_, T>,
-    body: &B,
+    body: Body<T>,
     paths: usize,
     steps: usize,
 ) -> Result<f64, Error> {
@@ -248,12 +243,17 @@ fn least_dissipation<T: Scalar + Into<f64>, B: Surface<T> + Clone>(
 }
 
 fn least_dissipations<T: Scalar + Into<f64>>(pad: Pad<'_, T>, paths: usize, steps: usize) -> Result<OnBodies, Error> {
+    on_bodies(|body| least_dissipation(pad, body, paths / 4, steps))
+}
+
+/// A number of each body.
+fn on_bodies<T: Scalar>(number: impl Fn(Body<T>) -> Result<f64, Error>) -> Result<OnBodies, Error> {
     let [eight, ten, two, axis, angle] = [8.0, 10.0, 2.0, 53.0, 106.0].map(T::near);
     Ok([
-        ("plane", least_dissipation(pad, &Plane, paths, steps)?),
-        ("sphere of 8 mm", least_dissipation(pad, &Sphere::new(eight)?, paths, steps)?),
-        ("cylinder of 10 mm", least_dissipation(pad, &Cylinder::new(ten, axis)?, paths, steps)?),
-        ("edge of 2 mm", least_dissipation(pad, &Edge::new(two, axis, angle)?, paths, steps)?),
+        ("plane", number(Body::Plane)?),
+        ("sphere of 8 mm", number(Body::Sphere(Sphere::new(eight)?))?),
+        ("cylinder of 10 mm", number(Body::Cylinder(Cylinder::new(ten, axis)?))?),
+        ("edge of 2 mm", number(Body::Edge(Edge::new(two, axis, angle)?))?),
     ])
 }
 
@@ -261,6 +261,9 @@ fn least_dissipations<T: Scalar + Into<f64>>(pad: Pad<'_, T>, paths: usize, step
 pub type OnBodies = [(&'static str, f64); 4];
 
 /// The least dissipated share of the exchanged work that a search for closed paths finds on each body, in double precision.
+///
+/// * `paths`: tried on all bodies together
+/// * `steps`: of each of the five legs of a path
 ///
 /// # Errors
 /// Those of [`PadState::new`].
@@ -282,15 +285,10 @@ pub fn least_dissipations_f32(pad: Pad<'_>, paths: usize, steps: usize) -> Resul
 /// # Errors
 /// Those of [`PadState::new`].
 pub fn energy_slopes(pad: Pad<'_, f64>) -> Result<OnBodies, Error> {
-    Ok([
-        ("plane", slopes_off(pad, &Plane)?),
-        ("sphere of 8 mm", slopes_off(pad, &Sphere::new(8.0)?)?),
-        ("cylinder of 10 mm", slopes_off(pad, &Cylinder::new(10.0, 53.0)?)?),
-        ("edge of 2 mm", slopes_off(pad, &Edge::new(2.0, 53.0, 106.0)?)?),
-    ])
+    on_bodies(|body| slopes_off(pad, body))
 }
 
-fn slopes_off<B: Surface<f64> + Clone>(pad: Pad<'_, f64>, body: &B) -> Result<f64, Error> {
+fn slopes_off(pad: Pad<'_, f64>, body: Body<f64>) -> Result<f64, Error> {
     let mut numbers = *pad.numbers;
     numbers.law.friction[0] *= 200.0;
     let pad = Pad::new(pad.patches, &numbers);
@@ -299,7 +297,7 @@ fn slopes_off<B: Surface<f64> + Clone>(pad: Pad<'_, f64>, body: &B) -> Result<f6
     while places < 20 {
         let at: [f64; 6] = std::array::from_fn(|k| [0.4, 0.4, 1.2, 0.2, 0.35, 0.35][k] * random.number());
         let at = [at[0], at[1], 1.7 + at[2], at[3], at[4], at[5]];
-        let mut ride = Ride::new(pad, body.clone())?;
+        let mut ride = Ride::new(pad, body)?;
         ride.to([0.0, 0.0, 0.8 * at[2], 0.0, at[4], at[5]], 60);
         ride.to(at, 120);
         // A round body may lie beside the finger in a pose.

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use fingerpad::host::{ModelFile, PadModelFile};
-use fingerpad::pad::{Pad, PadState, Plane};
+use fingerpad::pad::{Body, Pad, PadState, Plane};
 use fingerpad::{Motion, SpinState, step};
 use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
@@ -224,7 +224,7 @@ fn steps(pad: &Pad<'_, f64>) -> Result<(), Failure> {
         [0.8, 1.0, 0.9, 0.0, -0.05, 0.05],
     ];
     let ends = |count: usize| -> Result<Vec<[f64; 3]>, Failure> {
-        let mut ride = Ride::new(*pad, Plane)?;
+        let mut ride = Ride::new(*pad, Body::Plane)?;
         Ok(corners
             .iter()
             .map(|corner| {

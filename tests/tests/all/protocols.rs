@@ -86,21 +86,20 @@ fn corrects_its_lag(protocol: Protocol, seed: u64) {
     assert!(lag.covered && lag.half_s < 4e-3, "{protocol:?} {seed}: {lag:?}");
 }
 
-/// Delayed forces, and forces without a delay.
 #[test]
 fn forces_that_lag_behind_the_positions_are_compared_with_the_motion_of_their_time() {
     corrects_its_lag(Protocol::Lag, 40_154);
-    let scored = score(&case_of(Protocol::Plane, 40_154, Hide::Nothing, 0.0, 0, 40, true));
-    assert!(scored.report.instrument.is_empty(), "{:?}", scored.report.instrument);
 }
 
-/// Other delays, through a filter too. An effect of the finger keeps its name beside the lag, and a lag of the measured runs alone gets
-/// its own.
+/// Other delays, through a filter too, and none. An effect of the finger keeps its name beside the lag, and a lag of the measured runs
+/// alone gets its own.
 #[test]
 #[ignore = "nightly"]
 fn a_lag_is_neither_an_effect_nor_hides_one() {
     corrects_its_lag(Protocol::Lag, 40_156);
     corrects_its_lag(Protocol::Filter, 40_155);
+    let scored = score(&case_of(Protocol::Plane, 40_154, Hide::Nothing, 0.0, 0, 40, true));
+    assert!(scored.report.instrument.is_empty(), "{:?}", scored.report.instrument);
     let hidden = case_of(Protocol::Lag, 72, Hide::Law(place("temperature")), 0.3, 0, 40, true);
     let scored = score(&hidden);
     assert_eq!(scored.class, Class::Exact, "{:?}", scored.report.unexplained);
@@ -127,10 +126,20 @@ fn a_clipped_sensor_is_named_as_the_sensors() {
     }
 }
 
-/// No claimed amplitude may be zero by its own interval, and nothing significant may end as `none`.
 #[test]
 fn a_name_has_an_amplitude_and_none_has_no_evidence() {
-    for seed in 110..126 {
+    evidence_and_names_agree(110..114);
+}
+
+#[test]
+#[ignore = "nightly"]
+fn more_names_have_amplitudes() {
+    evidence_and_names_agree(114..126);
+}
+
+/// No claimed amplitude may be zero by its own interval, and nothing significant may end as `none`.
+fn evidence_and_names_agree(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
         let hide = [Hide::Nothing, Hide::Law(place("tare_bias")), Hide::Law(place("cross_talk")), Hide::Outside(3)];
         let made = case(seed, hide[seed as usize % 4], 0.03, (seed % 3) as usize, 40, seed % 2 == 0);
         let report = diagnosed(&made, &made.measured);
@@ -284,6 +293,7 @@ fn evidence_outside_the_calibration_is_marked() {
 /// A static peak of 3 % in 40 runs, which contact ageing imitates: fifteen strokes do not distinguish them; the
 /// proposed strokes are more, and do.
 #[test]
+#[ignore = "nightly"]
 fn a_plan_has_as_many_strokes_as_it_takes() {
     const SEED: u64 = 48_001_436;
     let set = sets(47, &SimulatorKind::ALL).into_iter().find(|set| set.of.seed == SEED).unwrap();
