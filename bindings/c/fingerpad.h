@@ -93,7 +93,7 @@
 #define FINGERPAD_BODY_EDGE 3
 
 // Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
-#define FINGERPAD_PAD_STATE_BYTES 1336
+#define FINGERPAD_PAD_STATE_BYTES 1340
 
 // Bytes of a saved state.
 #define FINGERPAD_STATE_BYTES 120
@@ -142,6 +142,9 @@
 
 // Flag of `status`: a pad did not come to equilibrium within the rounds of a step; the answer is that of the last round.
 #define FINGERPAD_STATUS_NOT_CONVERGED 1024
+
+// Flag of `status`: the body is too sharp for the patches of a pad; the answer is that of a body with the least radius that they see.
+#define FINGERPAD_STATUS_BODY_TOO_SHARP 2048
 
 // The finger touches: the value of `change` in an event.
 #define FINGERPAD_TOUCH 0
@@ -386,7 +389,7 @@ typedef struct {
   float roll_max_deg;
   // Checksum of the numbers; a saved state contains it.
   uint32_t checksum;
-  // Bytes of a saved state: 1012 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+  // Bytes of a saved state: 1016 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
   uint32_t state_bytes;
   // The file's description, JSON in UTF-8 without an end mark, inside the file.
   const char *meta;
@@ -394,13 +397,13 @@ typedef struct {
   size_t meta_length;
 } fingerpad_pad_info;
 
-// All that a contact of a pad remembers: 1328 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1004 bytes and a step made for so many,
+// All that a contact of a pad remembers: 1332 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1008 bytes and a step made for so many,
 // which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 // one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 // rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[332];
+  uint32_t opaque[333];
 } fingerpad_pad_state;
 
 // The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers

@@ -106,6 +106,7 @@ enum class Flag : std::uint32_t {
     effect_held = FINGERPAD_STATUS_EFFECT_HELD,
     pose_out_of_range = FINGERPAD_STATUS_POSE_OUT_OF_RANGE,
     not_converged = FINGERPAD_STATUS_NOT_CONVERGED,
+    body_too_sharp = FINGERPAD_STATUS_BODY_TOO_SHARP,
 };
 
 constexpr Regime regime(const Response &response) noexcept { return static_cast<Regime>(response.regime); }

@@ -51,6 +51,7 @@ STATUS = {
     128: "memory_lost",
     512: "pose_out_of_range",
     1024: "not_converged",
+    2048: "body_too_sharp",
     16384: "step_too_long",
     32768: "beyond_edge",
 }

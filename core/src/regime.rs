@@ -97,8 +97,8 @@ bitflags::bitflags! {
         const LOAD_NOT_REACHED = 1 << 5;
         /// The motion has a spin, but the state of the contact is one without spin; the step was made without it.
         const SPIN_IGNORED = 1 << 6;
-        /// The contact's memory was inconsistent (a number that is not finite or out of its range) and was reset; the response is that
-        /// of a finger without contact, and the next step starts a new contact.
+        /// The contact's memory was inconsistent (a number that is not finite or out of its range, or a pad of another number of patches)
+        /// and was reset; the response is that of a finger without contact, and the next step starts a new contact.
         const MEMORY_LOST = 1 << 7;
         /// A value of an effect was outside its range and was limited or left out: adhesion above the normal force, a force that is not finite.
         const EFFECT_HELD = 1 << 8;
@@ -107,6 +107,9 @@ bitflags::bitflags! {
         /// A pad did not reach equilibrium within the iterations of a step: the step is too large or the body too sharp. The response is
         /// that of the best iteration, and the next step continues from it.
         const NOT_CONVERGED = 1 << 10;
+        /// The body is too sharp for the patches of the pad; the response is that of a body with the least radius
+        /// ([`crate::pad::Pad::least_radii_mm`]).
+        const BODY_TOO_SHARP = 1 << 11;
     }
 }
 

@@ -45,7 +45,7 @@ pub struct fingerpad_pad_info {
     pub roll_max_deg: f32,
     /// Checksum of the numbers; a saved state contains it.
     pub checksum: u32,
-    /// Bytes of a saved state: 1012 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+    /// Bytes of a saved state: 1016 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
     pub state_bytes: u32,
     /// The file's description, JSON in UTF-8 without an end mark, inside the file.
     pub meta: *const c_char,

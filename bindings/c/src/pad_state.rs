@@ -9,17 +9,17 @@ use crate::pointer::{check, exclusive, items, items_mut, shared, write};
 use crate::types::fingerpad_response;
 
 /// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
-pub const FINGERPAD_PAD_STATE_BYTES: usize = 1336;
+pub const FINGERPAD_PAD_STATE_BYTES: usize = 1340;
 
-/// All that a contact of a pad remembers: 1328 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-/// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1004 bytes and a step made for so many,
+/// All that a contact of a pad remembers: 1332 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+/// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1008 bytes and a step made for so many,
 /// which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 /// one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 /// rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_pad_state {
-    opaque: [u32; 332],
+    opaque: [u32; 333],
 }
 
 /// What the body does in one step, and the finger's pose at its end.

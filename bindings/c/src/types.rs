@@ -31,6 +31,8 @@ pub const FINGERPAD_STATUS_EFFECT_HELD: u32 = 256;
 pub const FINGERPAD_STATUS_POSE_OUT_OF_RANGE: u32 = 512;
 /// Flag of `status`: a pad did not come to equilibrium within the rounds of a step; the answer is that of the last round.
 pub const FINGERPAD_STATUS_NOT_CONVERGED: u32 = 1024;
+/// Flag of `status`: the body is too sharp for the patches of a pad; the answer is that of a body with the least radius that they see.
+pub const FINGERPAD_STATUS_BODY_TOO_SHARP: u32 = 2048;
 
 const _: () = {
     assert!(FINGERPAD_STATUS_BAD_INPUT == Status::BAD_INPUT.0);
@@ -43,6 +45,7 @@ const _: () = {
     assert!(FINGERPAD_STATUS_EFFECT_HELD == Status::EFFECT_HELD.0);
     assert!(FINGERPAD_STATUS_POSE_OUT_OF_RANGE == Status::POSE_OUT_OF_RANGE.0);
     assert!(FINGERPAD_STATUS_NOT_CONVERGED == Status::NOT_CONVERGED.0);
+    assert!(FINGERPAD_STATUS_BODY_TOO_SHARP == Status::BODY_TOO_SHARP.0);
 };
 
 /// What the plane does in one step.

@@ -308,7 +308,7 @@ int settings_read(settings* s, const mjModel* m, int instance) {
       .damping_slide = 2,
       .damping_spin = 2e-5,
       .pad_radius_mm = {21, 21},
-      .edge_radius = 1,
+      .edge_radius = 2,
       .strength_userdata = -1,
   };
   mjtNum strength[GEOMS_MAX], userdata = -1;

@@ -144,7 +144,7 @@ def test_a_state_with_a_mesh_goes_on_with_the_same_bits():
 BISECTOR = Rotation.from_euler("y", np.pi / 4)
 
 
-def over_edge(depth_mm, along_mm=0.0, across_mm=0.0, radius_mm=1.0):
+def over_edge(depth_mm, along_mm=0.0, across_mm=0.0, radius_mm=2.0):
     """Place and axes of a finger that is pressed onto the rounded edge; ``across_mm`` is along its own x axis."""
     top = 1e3 * paths.HALF - radius_mm
     apex = np.array([top, 0.0, top]) + BISECTOR.apply([0, 0, radius_mm])
@@ -152,7 +152,7 @@ def over_edge(depth_mm, along_mm=0.0, across_mm=0.0, radius_mm=1.0):
     return apex + BISECTOR.apply([across_mm, along_mm, -depth_mm - lowest]), BISECTOR
 
 
-@pytest.mark.parametrize("radius_mm", first_of(1.0, 2.0, 5.0))
+@pytest.mark.parametrize("radius_mm", first_of(2.0, 3.0, 5.0))
 def test_an_edge_of_a_box_is_the_edge_of_the_library(radius_mm):
     model, data = paths.model_and_data(edge_radius_mm=radius_mm, **PAD)
     # The edge lies across the finger: 90 degrees from its x axis.
@@ -167,6 +167,12 @@ def test_an_edge_of_a_box_is_the_edge_of_the_library(radius_mm):
         seen, own = np.array([c[name] for c in contacts]), np.array([getattr(r, name) for r in answers])
         scale = max(np.abs([getattr(r, "friction_y_n") for r in answers]).max(), np.abs(own).max())
         assert np.abs(seen - own).max() < 2e-2 * scale, (name, np.abs(seen - own).max() / scale)
+
+
+def test_an_edge_sharper_than_the_patches_is_flagged():
+    model, data = paths.model_and_data(edge_radius_mm=0.5, **PAD)
+    contact = paths.lead(model, data, over_edge(1.0, radius_mm=0.5), STILL)
+    assert contact["normal_force_n"] > 0.02 and fingerpad_mujoco.flags(contact["status"]) == ["body_too_sharp"]
 
 
 def test_an_edge_ends_at_its_corner_and_is_flagged_before():

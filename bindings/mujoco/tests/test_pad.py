@@ -110,8 +110,8 @@ def test_a_round_geom_ends_at_its_end():
 
 @pytest.mark.parametrize("geom", ["ball", "rod"])
 def test_a_depth_beyond_the_middle_of_a_round_geom_is_flagged(geom):
-    model, data = paths.model_and_data(geom=geom, radius=0.004, **PAD)
-    seen = [paths.lead(model, data, paths.pad_at([depth, 0, 0, 0, 0, 0], np.array([0, 0, 4.0])), STILL) for depth in (0.5, 2.0, 3.5, 4.5)]
+    model, data = paths.model_and_data(geom=geom, radius=0.005, **PAD)
+    seen = [paths.lead(model, data, paths.pad_at([depth, 0, 0, 0, 0, 0], np.array([0, 0, 5.0])), STILL) for depth in (0.5, 2.0, 4.5, 5.1)]
     assert [fingerpad_mujoco.flags(c["status"]) for c in seen] == [[], [], [], ["depth_above_range"]]
 
 

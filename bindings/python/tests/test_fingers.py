@@ -439,6 +439,15 @@ def test_a_state_belongs_to_one_pad_body_and_tuning(pad: Pad) -> None:
         fingers.restore(Fingers(Model.shipped(), 2).save())
 
 
+def test_a_body_sharper_than_the_patches_is_flagged(pad: Pad) -> None:
+    """It would dig in between the patches, which would not answer; the force is that of the least radius."""
+    for sharp, least in ((Sphere(1), Sphere(4.6)), (Edge(0.2, 30), Edge(1.9, 30))):
+        r = Fingers(pad, body=sharp).run(np.linspace(0, 3, 60))[-1, 0]
+        assert r["status"] == Status.BODY_TOO_SHARP
+        expected = Fingers(pad, body=least).run(np.linspace(0, 3, 60))[-1, 0]["normal_force_n"]
+        assert r["normal_force_n"] == pytest.approx(expected, rel=0.03) and expected > 0.2
+
+
 def test_nonsense_is_flagged_by_a_pad(pad: Pad) -> None:
     """Bits at random in every input, on every body: all that is answered is a number within its range."""
     random = np.random.default_rng(SEED)

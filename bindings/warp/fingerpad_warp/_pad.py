@@ -1266,6 +1266,9 @@ class Engine:
         self.pad, self.rows = pad, PATCHES + 3 * len(pad.patches)
         self.body = Plane() if body is None else body
         kind, numbers = body_numbers(self.body)
+        least_mm = pad.least_radii_mm.get(type(self.body), -np.inf)
+        if 0 < numbers[0] < least_mm:
+            raise InputError(f"body: {self.body} is too sharp for the patches of the pad, which see {least_mm:.3g} mm and more")
         self.solid = Solid()
         self.solid.kind = kind
         for name, value in zip(("radius", "axis_cos", "axis_sin", "face_cos", "face_sin"), numbers, strict=True):

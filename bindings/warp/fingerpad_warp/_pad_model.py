@@ -93,6 +93,12 @@ class Pad:
         """Least and largest roll, degrees."""
         return -float(self.numbers[ROLL_MAX]), float(self.numbers[ROLL_MAX])
 
+    @property
+    def least_radii_mm(self) -> dict[type, float]:
+        """The least radius of each kind of body that the patches can see, mm, by their mean area."""
+        size = float(np.sqrt(self.patches[:, PATCH_AREA].mean()))
+        return {Sphere: 1.1 * size, Cylinder: 0.45 * size, Edge: 0.45 * size}
+
     def first_touch_point_mm(self, pitch_deg: Any, roll_deg: Any) -> Floats:
         """The point of the undeformed finger that a plane touches first in poses, along the axes of the finger, mm: shape (3, poses).
 
@@ -208,7 +214,7 @@ class Plane:
 class Sphere:
     """A sphere that touches the finger at its apex; with a negative radius the finger lies in a bowl.
 
-    Bodies as sharp as a patch (a sphere of 5 mm, an edge of 2 mm) are beyond what a pad of 37 patches resolves.
+    A body that is sharper than the patches of a pad can see is refused by `Fingers` (see `Pad.least_radii_mm`).
     """
 
     radius_mm: float

@@ -9,7 +9,7 @@ const REGIMES = [
   ["It slips", "The whole contact slides, and friction cannot grow. Press harder or turn back."],
 ];
 
-const FLAGS = [[2, "a motion was not a number"], [8, "deeper than the pad was fitted for"], [16, "a step beyond 64 mm was cut"], [128, "the contact was reset"], [256, "an effect is at the end of its range"], [512, "a pose beyond the range of the pad: the nearest one"], [1024, "no equilibrium in a step: the motion is too fast"]];
+const FLAGS = [[2, "a motion was not a number"], [8, "deeper than the pad was fitted for"], [16, "a step beyond 64 mm was cut"], [128, "the contact was reset"], [256, "an effect is at the end of its range"], [512, "a pose beyond the range of the pad: the nearest one"], [1024, "no equilibrium in a step: the motion is too fast"], [2048, "a body sharper than the patches: the least radius"]];
 
 export const verdict = (r) => REGIMES[r.regime];
 

@@ -22,6 +22,28 @@ pub trait Surface<T> {
     fn is_plane(&self) -> bool {
         false
     }
+    /// The body with the least radius that patches can see, if its own is smaller. A body without a radius is left as it is.
+    fn blunted(&self, _least: LeastRadii<T>) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+}
+
+/// Least radii of convex bodies that the patches of a pad can see, mm: a sharper body would dig in between them. See
+/// [`super::Pad::least_radii_mm`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastRadii<T = f32> {
+    /// Of a sphere.
+    pub sphere_mm: T,
+    /// Of a cylinder, and of the rounding of an edge.
+    pub line_mm: T,
+}
+
+/// `least` for a radius between 0 and it.
+fn too_small<T: Scalar>(radius: T, least: T) -> Option<T> {
+    (radius > T::of(0.0) && radius < least).then_some(least)
 }
 
 /// The plane.
@@ -85,6 +107,9 @@ impl<T: Scalar> Surface<T> for Sphere<T> {
     fn height(&self, [x, y]: [T; 2]) -> T {
         arc(self.radius_mm, x * x + y * y)
     }
+    fn blunted(&self, least: LeastRadii<T>) -> Option<Self> {
+        too_small(self.radius_mm, least.sphere_mm).map(|radius_mm| Self { radius_mm })
+    }
 }
 
 /// A circular cylinder along the tangent plane; a trough with a negative radius.
@@ -121,6 +146,9 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
     fn height(&self, [x, y]: [T; 2]) -> T {
         let u = self.axis[0] * y - self.axis[1] * x;
         arc(self.radius_mm, u * u)
+    }
+    fn blunted(&self, least: LeastRadii<T>) -> Option<Self> {
+        too_small(self.radius_mm, least.line_mm).map(|radius_mm| Self { radius_mm, ..*self })
     }
 }
 
@@ -191,6 +219,14 @@ impl<T: Scalar> Surface<T> for Body<T> {
     fn is_plane(&self) -> bool {
         matches!(self, Self::Plane)
     }
+    fn blunted(&self, least: LeastRadii<T>) -> Option<Self> {
+        match self {
+            Self::Plane => None,
+            Self::Sphere(body) => body.blunted(least).map(Self::Sphere),
+            Self::Cylinder(body) => body.blunted(least).map(Self::Cylinder),
+            Self::Edge(body) => body.blunted(least).map(Self::Edge),
+        }
+    }
 }
 
 impl<T: Scalar> Surface<T> for Edge<T> {
@@ -220,6 +256,9 @@ impl<T: Scalar> Surface<T> for Edge<T> {
             return arc(self.radius_mm, u * u);
         }
         -(self.radius_mm * (T::of(1.0) - cos) + (u - end) * sin / cos)
+    }
+    fn blunted(&self, least: LeastRadii<T>) -> Option<Self> {
+        too_small(self.radius_mm, least.line_mm).map(|radius_mm| Self { radius_mm, ..*self })
     }
 }
 

@@ -8,6 +8,7 @@ use crate::math::Scalar;
 use crate::tuning::Units;
 use crate::{Error, Tuning};
 
+use super::body::{LeastRadii, Surface};
 use super::vector::{Bulk, Packed, Vec3, along};
 use super::{FIRST_TOUCH_TERMS, MODES};
 
@@ -215,6 +216,10 @@ impl Default for Effort {
     }
 }
 
+/// Least radius of a sphere, and of a cylinder or an edge, over the square root of the mean area of a patch.
+const SPHERE_PER_PATCH: f32 = 1.1;
+const LINE_PER_PATCH: f32 = 0.45;
+
 /// Patches and bulk of a finger, read in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Pad<'a, T = f32> {
@@ -251,6 +256,25 @@ impl<'a, T: Scalar> Pad<'a, T> {
     /// Largest depth for which the pad was fitted, mm.
     pub fn depth_max_mm(&self) -> T {
         self.numbers.depth_max_mm * self.units.length
+    }
+
+    /// Radii below which a body digs in between the patches, which then answer late or not at all: a step takes the least radius instead
+    /// and says so ([`crate::Status::BODY_TOO_SHARP`]). They follow from the mean area of a patch. At these radii a body whose apex is
+    /// within 1 mm of the place of first touch meets a patch of the shipped finger less than 1.25 mm deep in every pose.
+    pub fn least_radii_mm(&self) -> LeastRadii<T> {
+        let (mut area, mut count) = (T::of(0.0), T::of(0.0));
+        for patch in self.patches {
+            area += patch.area_mm2;
+            count += T::of(1.0);
+        }
+        let size = (area / count).magnitude().sqrt() * self.units.length;
+        LeastRadii { sphere_mm: size * T::of(SPHERE_PER_PATCH), line_mm: size * T::of(LINE_PER_PATCH) }
+    }
+
+    /// The body that a step takes instead of one that is too sharp.
+    #[inline(always)]
+    pub(crate) fn blunted<B: Surface<T>>(&self, body: &B) -> Option<B> {
+        if body.is_plane() { None } else { body.blunted(self.least_radii_mm()) }
     }
 
     /// Height of the plane at first touch over the origin, along its normal (finger's frame), mm.

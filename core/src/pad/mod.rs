@@ -29,7 +29,7 @@ mod state;
 mod step;
 mod vector;
 
-pub use body::{Body, Cylinder, Edge, Plane, Sphere, Surface};
+pub use body::{Body, Cylinder, Edge, LeastRadii, Plane, Sphere, Surface};
 pub use data::{Effort, Law, Numbers, Pad, Patch, first_touch_terms};
 pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;

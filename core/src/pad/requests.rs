@@ -30,7 +30,7 @@ impl<T: Elementary> Pad<'_, T> {
         state: &PadState<P, T>,
         body: &'a InUnits<'a, B, T>,
     ) -> Option<AfterStep<'a, P, T, B>> {
-        if !state.in_contact() || self.patches.len() > P {
+        if !state.in_contact() || !state.is_consistent(self.patches.len()) {
             return None;
         }
         let equations = self.equations(state, body);
@@ -46,7 +46,8 @@ impl<T: Elementary> Pad<'_, T> {
     pub fn patch_states<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [PatchState<T>; P] {
         let Units { length, per_length, force, .. } = self.units;
         let pressure = force * per_length * per_length;
-        let body = InUnits::new(body, &self.units);
+        let blunt = self.blunted(body);
+        let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
         let mut out = [PatchState::default(); P];
         let Some((equations, active)) = self.after_step(state, &body) else { return out };
         let (sin, cos) = state.angle[0].sin_cos();
@@ -83,8 +84,16 @@ impl<T: Elementary> Pad<'_, T> {
     ) -> [T; 3] {
         let mut limit = [T::of(0.0); 3];
         let Units { length, per_length, force, .. } = self.units;
-        let [along_x, along_y] = [along_x, along_y].map(|slide| slide * per_length);
-        let body = InUnits::new(body, &self.units);
+        // Only the direction counts; the square of a huge motion would be infinite.
+        let largest =
+            [along_x, along_y, turn].map(T::magnitude).into_iter().fold(T::of(0.0), |a, b| if b > a { b } else { a });
+        if !(largest > T::of(f32::MIN_POSITIVE) && largest.is_number()) {
+            return limit;
+        }
+        let [along_x, along_y] = [along_x, along_y].map(|slide| slide / largest * per_length);
+        let turn = turn / largest;
+        let blunt = self.blunted(body);
+        let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
         let Some((equations, active)) = self.after_step(state, &body) else { return limit };
         let (sin, cos) = state.angle[0].sin_cos();
         for contact in active.iter().map(|patch| &patch.contact).filter(|contact| contact.touches) {
@@ -103,7 +112,8 @@ impl<T: Elementary> Pad<'_, T> {
 
     #[cfg(test)]
     pub(crate) fn residual<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
-        let body = InUnits::new(body, &self.units);
+        let blunt = self.blunted(body);
+        let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
         let equations = self.equations(state, &body);
         let mut active = Vec::<_, P>::new();
         self.collect_active(state, &equations, Candidates::All, &mut active);
@@ -113,7 +123,8 @@ impl<T: Elementary> Pad<'_, T> {
     /// Energy stored after the last step, mJ.
     pub fn energy_mj<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> T {
         let mut sum = T::of(0.0);
-        let body = InUnits::new(body, &self.units);
+        let blunt = self.blunted(body);
+        let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
         let Some((_, active)) = self.after_step(state, &body) else { return sum };
         for x in &state.bulk {
             sum += T::of(0.5) * *x * *x;

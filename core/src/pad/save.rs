@@ -12,7 +12,7 @@ use super::vector::Rounded;
 use super::{Numbers, Pad, PadState, Patch};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// Largest magnitude of a number of a state.
 const LARGEST: f32 = 1e9;
 
@@ -48,7 +48,7 @@ impl<const P: usize> PadState<P> {
     /// no step produces.
     pub fn read_bytes(pad: u32, bytes: &[u8]) -> Result<Self, Error> {
         let found = read_words([VERSION, pad], pad_state_bytes(P), bytes)?;
-        let mut state = Self::without_contact();
+        let mut state = Self::without_contact(0);
         let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
         for (slot, word) in words.iter_mut().zip(found) {
             *slot = word;
@@ -72,7 +72,7 @@ impl<const P: usize> PadState<P> {
                 return Err(bad(index, value));
             }
         }
-        if !self.is_consistent() {
+        if !self.is_consistent(self.patches as usize) {
             return Err(bad(numbers.len(), self.strength_factor));
         }
         if *flags > FLAGS {

@@ -53,6 +53,8 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) probe: T,
     /// The response of the last step, if the contact is at [`REST`].
     rest: Rest<T>,
+    /// Number of patches of its pad.
+    pub(crate) patches: u32,
     /// [`IN_CONTACT`], [`FACTORED`] and [`REST`].
     pub(crate) flags: u32,
 }
@@ -74,7 +76,7 @@ const REST: u32 = 4;
 /// All flags.
 pub(crate) const FLAGS: u32 = IN_CONTACT | FACTORED | REST;
 
-// SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and two u32: no padding, and any bits are a value.
+// SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and u32: no padding, and any bits are a value.
 #[allow(unsafe_code)]
 unsafe impl<const P: usize> bytemuck::Zeroable for PadState<P> {}
 // SAFETY: as above.
@@ -91,11 +93,11 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         if patches > P {
             return Err(Error::Shape { elements: patches as u32, nodes: P as u32 });
         }
-        Ok(Self::without_contact())
+        Ok(Self::without_contact(patches))
     }
 
     /// A finger without contact, over a plane.
-    pub(crate) fn without_contact() -> Self {
+    pub(crate) fn without_contact(patches: usize) -> Self {
         Self {
             bulk: zeros(),
             drift: zeros(),
@@ -112,6 +114,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             travel: T::of(0.0),
             probe: T::of(0.0),
             rest: Rest { numbers: zeros(), regime: 0 },
+            patches: patches as u32,
             flags: 0,
         }
     }
@@ -246,17 +249,17 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         self.flags = 0;
     }
 
-    /// Resets everything but the strength factor, which is kept if it is valid.
-    pub(crate) fn reset(&mut self) {
+    /// Resets everything but the strength factor, which is kept if it is valid, for a pad of so many patches.
+    pub(crate) fn reset(&mut self, patches: usize) {
         let factor = self.strength_factor;
-        *self = Self::without_contact();
+        *self = Self::without_contact(patches);
         self.set_strength_factor(factor);
     }
 
-    /// Whether the strength factor is within its range.
-    pub(crate) fn is_consistent(&self) -> bool {
+    /// Whether the state is one of a pad of so many patches, and has a strength factor within its range.
+    pub(crate) fn is_consistent(&self, patches: usize) -> bool {
         let [least, most] = STRENGTH_FACTOR;
-        self.strength_factor.is_between(least, most)
+        patches == self.patches as usize && patches <= P && self.strength_factor.is_between(least, most)
     }
 }
 

@@ -109,7 +109,11 @@ impl<T: Elementary> Pad<'_, T> {
             slide_increment_mm: motion.slide_increment_mm.map(|slide| slide * per_length),
             ..motion
         };
-        self.units.response(self.fitted_step(state, &InUnits::new(body, &self.units), motion, pose_deg))
+        let blunt = self.blunted(body);
+        let seen = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
+        let response = self.units.response(self.fitted_step(state, &seen, motion, pose_deg));
+        let status = if blunt.is_some() { response.status.with(Status::BODY_TOO_SHARP) } else { response.status };
+        Response { status, ..response }
     }
 
     /// [`Self::step`] in the units of the fitted finger.
@@ -121,9 +125,9 @@ impl<T: Elementary> Pad<'_, T> {
         motion: Motion<T>,
         pose_deg: [T; 2],
     ) -> Response<T> {
-        if !state.is_consistent() {
+        if !state.is_consistent(self.patches.len()) {
             rare();
-            state.reset();
+            state.reset(self.patches.len());
             return Response { status: Status::MEMORY_LOST, ..Response::default() };
         }
         let probe = body.overlap(&PROBE_MM.map(T::of)).0;
@@ -139,7 +143,7 @@ impl<T: Elementary> Pad<'_, T> {
             state.travel = T::of(2.0 * FARTHEST_MM);
             state.probe = probe;
         }
-        if !(state.depth >= T::of(TOUCH_MM)) || self.patches.len() > P {
+        if !(state.depth >= T::of(TOUCH_MM)) {
             state.end_contact();
             return Response { status, ..Response::default() };
         }
@@ -173,12 +177,13 @@ impl<T: Elementary> Pad<'_, T> {
         let still = |change: &[T]| change.iter().all(|x| *x == T::of(0.0));
         let rests = converged && status == Status::OK && still(&motion) && still(&state.drift) && !sums.is_changed;
         state.rest(rests.then_some(&response));
-        // Such loads mean that the memory was overwritten; their squares could overflow to infinity or NaN.
-        let [x, y] = response.friction_n;
-        let load =
-            response.normal_force_n.magnitude() + x.magnitude() + y.magnitude() + response.spin_moment_n_mm.magnitude();
-        if !(load <= T::of(LARGEST)) {
-            state.reset();
+        // Such numbers mean that the memory was overwritten; their squares could overflow to infinity or NaN.
+        let ([x, y], [about_x, about_y], [centre_x, centre_y]) =
+            (response.friction_n, response.tilt_moment_n_mm, response.pressure_centre_mm);
+        let signed = [response.normal_force_n, x, y, response.spin_moment_n_mm, about_x, about_y, centre_x, centre_y];
+        let others = response.band_normal_n + response.band_friction_n + response.slip_margin;
+        if !(signed.into_iter().fold(others, |sum, x| sum + x.magnitude()) <= T::of(LARGEST)) {
+            state.reset(self.patches.len());
             return Response { status: status.with(Status::MEMORY_LOST), ..Response::default() };
         }
         let status = if converged { status } else { status.with(Status::NOT_CONVERGED) };
@@ -525,12 +530,12 @@ impl<T: Elementary> Pad<'_, T> {
             pressure_centre_mm: [-moment[1] * per_normal, moment[0] * per_normal],
             contact_area_mm2: area,
             band_normal_n: if in_contact {
-                pressing * (band(&numbers.band_normal) + added[0]) + light[0]
+                (pressing * (band(&numbers.band_normal) + added[0]) + light[0]).not_negative()
             } else {
                 zero
             },
             band_friction_n: if in_contact {
-                strength * (band(&numbers.band_friction) + added[1]) + light[1]
+                (strength * (band(&numbers.band_friction) + added[1]) + light[1]).not_negative()
             } else {
                 zero
             },

@@ -6,7 +6,8 @@ use anyhow::anyhow;
 use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
 use fingerpad::host::{ModelFile, PadModelFile};
-use fingerpad::{Effects, File, Status, pad, pad::Body};
+use fingerpad::pad::{Body, LeastRadii, Surface};
+use fingerpad::{Effects, File, Status, pad};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path as PlanePath, Turn, path_csv, response_csv};
@@ -283,6 +284,15 @@ fn on_pad(
             "--body: a pad takes a plane, a sphere, a cylinder and an edge; `simulate` takes others"
         )));
     };
+    let pad = file.file().pad;
+    let LeastRadii { sphere_mm, line_mm } = pad.least_radii_mm();
+    if body.blunted(pad.least_radii_mm()).is_some() {
+        return Err(Failure::Input(anyhow!(
+            "--body: radius_mm = {} is below what the patches of {model_name} can see: {sphere_mm:.2} mm for a sphere, {line_mm:.2} mm \
+             for a cylinder and an edge; `simulate` takes sharper bodies",
+            config.rigid_body.radius_mm.unwrap_or(f64::NAN)
+        )));
+    }
     let (path, _) = match read {
         Some(read) => read,
         None => during("reading", |_| path_csv::read_with(outputs::input(path_file), &[]))?,
@@ -292,7 +302,6 @@ fn on_pad(
     if body == Body::Plane {
         warn_of_depths(&path);
     }
-    let pad = file.file().pad;
     let rows = during("path", |_| simulate_path_on_pad(&pad, &body, &path));
     let rows = rows.map_err(|e| Failure::Input(anyhow!("{}: {e}", path_file.display())))?;
     write(args, &path, &rows, &Range::of_pad(&pad))

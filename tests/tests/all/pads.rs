@@ -1,14 +1,16 @@
-//! The shipped pad: its file's own scores, its history, and no motion that yields work.
+//! The shipped pad: its file's own scores, its history, no motion that yields work, and the sharpest bodies.
 
 use std::path::Path;
 
+use fingerpad::events::Watch;
 use fingerpad::host::PadModelFile;
-use fingerpad::pad::Effort;
+use fingerpad::pad::{Body, Cylinder, Edge, Effort, LeastRadii, PadState, Sphere};
+use fingerpad::{Motion, Regime, Status};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadMeta, PadModel, score_runs};
 use fingerpad_reduce::{Kind, Run};
-use fingerpad_tests::pads::{energy_slopes, held_load, least_dissipations_f32, least_dissipations_f64};
+use fingerpad_tests::pads::{PATCHES, energy_slopes, held_load, least_dissipations_f32, least_dissipations_f64};
 use fingerpad_tests::verify;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -72,6 +74,99 @@ fn a_held_load_is_the_same_after_a_thousand_cycles() {
         let (after, limit) = held_load(file.file().pad, size, 1000).unwrap();
         let change = (after[1000][0] - after[5][0]).hypot(after[1000][1] - after[5][1]);
         verify(name, "change from cycle 5 to 1000 over the limit", change / limit, 1e-3);
+    }
+}
+
+/// A finger that has slid far slips on at any speed, and a watch reports no restick. A reversal is seen within 10 um.
+#[test]
+fn slow_slip_is_slip() {
+    let file = shipped();
+    let pad = file.file().pad;
+    let ball = Body::Sphere(Sphere::new(10.0).unwrap());
+    let (mut partial, mut steps) = (0, 0);
+    for (body, depth_mm, pose) in [
+        (Body::Plane, 1.0, [40.0, 5.0]),
+        (Body::Plane, 2.0, [60.0, 20.0]),
+        (Body::Plane, 0.3, [12.0, 28.0]),
+        (ball, 1.5, [25.0, -3.0]),
+    ] {
+        for step_mm in [1e-3f32, 1e-4, 1e-5, 1e-6] {
+            let mut state = PadState::<PATCHES>::over(&pad, pose).unwrap();
+            let mut slide = |by: f32| {
+                let motion = Motion { depth_mm, slide_increment_mm: [by, 0.3 * by], dt_s: 1e-3, ..Motion::default() };
+                pad.step(&mut state, &body, motion, pose)
+            };
+            let mut watch = Watch::new(0);
+            for _ in 0..1500 {
+                _ = watch.see(&slide(0.02));
+            }
+            for k in 0..3000 {
+                let r = slide(step_mm);
+                assert_ne!(r.regime, Regime::Stick, "{body:?} {depth_mm} {pose:?} {step_mm} step {k}: {r:?}");
+                partial += usize::from(r.regime == Regime::PartialSlip);
+                steps += 1;
+                assert_eq!(watch.see(&r).len(), 0, "{body:?} {depth_mm} {pose:?} {step_mm} step {k}");
+            }
+            let back = step_mm.max(1e-5);
+            let until = (1..).find(|_| slide(-back).regime != Regime::Slip).unwrap() as f32 * back;
+            assert!(until <= 0.01f32.max(back), "{body:?} {depth_mm} {pose:?} {step_mm}: back by {until}");
+        }
+    }
+    verify("slow slip", "steps in partial slip over all", partial as f64 / steps as f64, 1e-3);
+}
+
+/// Balls that would lie between the patches are answered as the least one that meets them, and flagged.
+#[test]
+fn a_body_sharper_than_the_patches_is_answered_as_the_least_that_they_see() {
+    let file = shipped();
+    let pad = file.file().pad;
+    let LeastRadii { sphere_mm, line_mm } = pad.least_radii_mm();
+    let pressed = |body: Body| {
+        let mut state = PadState::<PATCHES>::new(&pad).unwrap();
+        let motion = |depth_mm| Motion { depth_mm, dt_s: 1e-3, ..Motion::default() };
+        (0..60).for_each(|k| _ = pad.step(&mut state, &body, motion(0.05 * k as f32), [30.0, 0.0]));
+        let answer = pad.step(&mut state, &body, motion(3.0), [30.0, 0.0]);
+        (answer, pad.energy_mj(&state, &body))
+    };
+    let ball = |radius_mm| Body::Sphere(Sphere::new(radius_mm).unwrap());
+    let rod = |radius_mm| Body::Cylinder(Cylinder::new(radius_mm, 37.0).unwrap());
+    let edge = |radius_mm| Body::Edge(Edge::new(radius_mm, 37.0, 90.0).unwrap());
+    for (sharp, least) in [
+        (ball(1.0), ball(sphere_mm)),
+        (ball(2.0), ball(sphere_mm)),
+        (rod(0.5), rod(line_mm)),
+        (edge(0.1), edge(line_mm)),
+    ] {
+        let ((mut sharp, stored), (least, most)) = (pressed(sharp), pressed(least));
+        assert_eq!((sharp.status, least.status), (Status::BODY_TOO_SHARP, Status::OK));
+        assert!(least.normal_force_n > 0.3 && stored == most, "{least:?} {stored} {most}");
+        sharp.status = Status::OK;
+        assert_eq!(sharp, least);
+    }
+}
+
+/// In every pose, with the apex within 1 mm of the place of first touch.
+#[test]
+fn the_sharpest_bodies_meet_a_patch_in_every_pose() {
+    let file = shipped();
+    let pad = file.file().pad;
+    let LeastRadii { sphere_mm, line_mm } = pad.least_radii_mm();
+    let poses = (10..=70).step_by(10).flat_map(|pitch| (-30..=30).step_by(10).map(move |roll| [pitch, roll]));
+    for (pose, turn) in poses.flat_map(|pose| (0..12).map(move |turn| (pose.map(|deg| deg as f32), turn))) {
+        let axis = 30.0 * turn as f32 - 180.0;
+        let (sin, cos) = (37.0 * turn as f32).sin_cos();
+        for body in [
+            Body::Sphere(Sphere::new(sphere_mm).unwrap()),
+            Body::Cylinder(Cylinder::new(line_mm, axis).unwrap()),
+            Body::Edge(Edge::new(line_mm, axis, 60.0).unwrap()),
+        ] {
+            let mut state = PadState::<PATCHES>::over(&pad, pose).unwrap();
+            let slide = |depth_mm, by| Motion { depth_mm, slide_increment_mm: by, dt_s: 1e-3, ..Motion::default() };
+            pad.step(&mut state, &body, slide(-1.0, [cos, sin]), pose);
+            let force =
+                (1..=5).map(|k| pad.step(&mut state, &body, slide(0.25 * k as f32, [0.0; 2]), pose).normal_force_n);
+            assert!(force.last().unwrap() > 0.0, "{body:?} {pose:?} {turn}");
+        }
     }
 }
 

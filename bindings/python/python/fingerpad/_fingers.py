@@ -146,6 +146,7 @@ class Status(IntFlag):
     EFFECT_HELD = 1 << 8
     POSE_OUT_OF_RANGE = 1 << 9
     NOT_CONVERGED = 1 << 10
+    BODY_TOO_SHARP = 1 << 11
 
 
 @final
