@@ -106,5 +106,6 @@ pub fn mutants() -> Result<()> {
 
 /// A text as a pattern that matches it alone.
 fn escaped(text: &str) -> String {
-    text.chars().flat_map(|c| (!c.is_alphanumeric() && c != '_').then_some('\\').into_iter().chain([c])).collect()
+    // With a backslash, `<` and `>` are ends of words.
+    text.chars().flat_map(|c| r"\.+*?()|[]{}^$".contains(c).then_some('\\').into_iter().chain([c])).collect()
 }

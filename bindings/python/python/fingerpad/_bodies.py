@@ -34,7 +34,8 @@ class Plane:
 class Sphere:
     """A sphere that touches the finger at its apex; with a negative radius the finger lies in a bowl.
 
-    Bodies as sharp as a patch (a sphere of 5 mm, an edge of 2 mm) are beyond the resolution of a pad of 37 patches.
+    A step takes a sharper body than the patches of the pad can see (4.7 mm with the shipped pad) as one of the least radius, and flags it:
+    `Status.BODY_TOO_SHARP`.
     """
 
     radius_mm: float
