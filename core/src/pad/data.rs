@@ -217,8 +217,8 @@ impl Default for Effort {
 }
 
 /// Least radius of a sphere, and of a cylinder or an edge, over the square root of the mean area of a patch.
-const SPHERE_PER_PATCH: f32 = 1.1;
-const LINE_PER_PATCH: f32 = 0.45;
+const SPHERE_PER_PATCH: f32 = 0.95;
+const LINE_PER_PATCH: f32 = 0.38;
 
 /// Patches and bulk of a finger, read in place.
 #[derive(Clone, Copy, Debug)]
