@@ -37,8 +37,10 @@ pub trait Surface<T> {
 pub struct LeastRadii<T = f32> {
     /// Of a sphere.
     pub sphere_mm: T,
-    /// Of a cylinder, and of the rounding of an edge.
-    pub line_mm: T,
+    /// Of a cylinder.
+    pub cylinder_mm: T,
+    /// Of the rounding of an edge.
+    pub edge_mm: T,
 }
 
 /// `least` for a radius between 0 and it.
@@ -148,7 +150,7 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
         arc(self.radius_mm, u * u)
     }
     fn blunted(&self, least: LeastRadii<T>) -> Option<Self> {
-        too_small(self.radius_mm, least.line_mm).map(|radius_mm| Self { radius_mm, ..*self })
+        too_small(self.radius_mm, least.cylinder_mm).map(|radius_mm| Self { radius_mm, ..*self })
     }
 }
 
@@ -258,7 +260,7 @@ impl<T: Scalar> Surface<T> for Edge<T> {
         -(self.radius_mm * (T::of(1.0) - cos) + (u - end) * sin / cos)
     }
     fn blunted(&self, least: LeastRadii<T>) -> Option<Self> {
-        too_small(self.radius_mm, least.line_mm).map(|radius_mm| Self { radius_mm, ..*self })
+        too_small(self.radius_mm, least.edge_mm).map(|radius_mm| Self { radius_mm, ..*self })
     }
 }
 

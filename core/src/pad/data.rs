@@ -216,9 +216,10 @@ impl Default for Effort {
     }
 }
 
-/// Least radius of a sphere, and of a cylinder or an edge, over the square root of the mean area of a patch.
+/// Least radii over the square root of the mean area of a patch. A cylinder has steeper flanks than an edge: they push patches aside.
 const SPHERE_PER_PATCH: f32 = 0.95;
-const LINE_PER_PATCH: f32 = 0.38;
+const CYLINDER_PER_PATCH: f32 = 0.45;
+const EDGE_PER_PATCH: f32 = 0.38;
 
 /// Patches and bulk of a finger, read in place.
 #[derive(Clone, Copy, Debug)]
@@ -268,7 +269,11 @@ impl<'a, T: Scalar> Pad<'a, T> {
             count += T::of(1.0);
         }
         let size = (area / count).magnitude().sqrt() * self.units.length;
-        LeastRadii { sphere_mm: size * T::of(SPHERE_PER_PATCH), line_mm: size * T::of(LINE_PER_PATCH) }
+        LeastRadii {
+            sphere_mm: size * T::of(SPHERE_PER_PATCH),
+            cylinder_mm: size * T::of(CYLINDER_PER_PATCH),
+            edge_mm: size * T::of(EDGE_PER_PATCH),
+        }
     }
 
     /// The body that a step takes instead of one that is too sharp.

@@ -285,11 +285,11 @@ fn on_pad(
         )));
     };
     let pad = file.file().pad;
-    let LeastRadii { sphere_mm, line_mm } = pad.least_radii_mm();
+    let LeastRadii { sphere_mm, cylinder_mm, edge_mm } = pad.least_radii_mm();
     if body.blunted(pad.least_radii_mm()).is_some() {
         return Err(Failure::Input(anyhow!(
-            "--body: radius_mm = {} is below what the patches of {model_name} can see: {sphere_mm:.2} mm for a sphere, {line_mm:.2} mm \
-             for a cylinder and an edge; `simulate` takes sharper bodies",
+            "--body: radius_mm = {} is below what the patches of {model_name} can see: {sphere_mm:.2} mm for a sphere, \
+             {cylinder_mm:.2} mm for a cylinder, {edge_mm:.2} mm for an edge; `simulate` takes sharper bodies",
             config.rigid_body.radius_mm.unwrap_or(f64::NAN)
         )));
     }

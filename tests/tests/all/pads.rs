@@ -120,7 +120,7 @@ fn slow_slip_is_slip() {
 fn a_body_sharper_than_the_patches_is_answered_as_the_least_that_they_see() {
     let file = shipped();
     let pad = file.file().pad;
-    let LeastRadii { sphere_mm, line_mm } = pad.least_radii_mm();
+    let LeastRadii { sphere_mm, cylinder_mm, edge_mm } = pad.least_radii_mm();
     let pressed = |body: Body| {
         let mut state = PadState::<PATCHES>::new(&pad).unwrap();
         let motion = |depth_mm| Motion { depth_mm, dt_s: 1e-3, ..Motion::default() };
@@ -134,8 +134,8 @@ fn a_body_sharper_than_the_patches_is_answered_as_the_least_that_they_see() {
     for (sharp, least) in [
         (ball(1.0), ball(sphere_mm)),
         (ball(2.0), ball(sphere_mm)),
-        (rod(0.5), rod(line_mm)),
-        (edge(0.1), edge(line_mm)),
+        (rod(0.5), rod(cylinder_mm)),
+        (edge(0.1), edge(edge_mm)),
     ] {
         let ((mut sharp, stored), (least, most)) = (pressed(sharp), pressed(least));
         assert_eq!((sharp.status, least.status), (Status::BODY_TOO_SHARP, Status::OK));
@@ -150,15 +150,15 @@ fn a_body_sharper_than_the_patches_is_answered_as_the_least_that_they_see() {
 fn the_sharpest_bodies_meet_a_patch_in_every_pose() {
     let file = shipped();
     let pad = file.file().pad;
-    let LeastRadii { sphere_mm, line_mm } = pad.least_radii_mm();
+    let LeastRadii { sphere_mm, cylinder_mm, edge_mm } = pad.least_radii_mm();
     let poses = (10..=70).step_by(10).flat_map(|pitch| (-30..=30).step_by(10).map(move |roll| [pitch, roll]));
     for (pose, turn) in poses.flat_map(|pose| (0..12).map(move |turn| (pose.map(|deg| deg as f32), turn))) {
         let axis = 30.0 * turn as f32 - 180.0;
         let (sin, cos) = (37.0 * turn as f32).sin_cos();
         for body in [
             Body::Sphere(Sphere::new(sphere_mm).unwrap()),
-            Body::Cylinder(Cylinder::new(line_mm, axis).unwrap()),
-            Body::Edge(Edge::new(line_mm, axis, 60.0).unwrap()),
+            Body::Cylinder(Cylinder::new(cylinder_mm, axis).unwrap()),
+            Body::Edge(Edge::new(edge_mm, axis, 60.0).unwrap()),
         ] {
             let mut state = PadState::<PATCHES>::over(&pad, pose).unwrap();
             let slide = |depth_mm, by| Motion { depth_mm, slide_increment_mm: by, dt_s: 1e-3, ..Motion::default() };
