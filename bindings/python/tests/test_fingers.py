@@ -441,7 +441,7 @@ def test_a_state_belongs_to_one_pad_body_and_tuning(pad: Pad) -> None:
 
 def test_a_body_sharper_than_the_patches_is_flagged(pad: Pad) -> None:
     """It would dig in between the patches, which would not answer; the force is that of the least radius."""
-    for sharp, least in ((Sphere(1), Sphere(4.05)), (Edge(0.2, 30), Edge(1.65, 30))):
+    for sharp, least in ((Sphere(1), Sphere(3.95)), (Edge(0.2, 30), Edge(1.6, 30))):
         r = Fingers(pad, body=sharp).run(np.linspace(0, 3, 60))[-1, 0]
         assert r["status"] == Status.BODY_TOO_SHARP
         expected = Fingers(pad, body=least).run(np.linspace(0, 3, 60))[-1, 0]["normal_force_n"]

@@ -97,7 +97,7 @@ class Pad:
     def least_radii_mm(self) -> dict[type, float]:
         """The least radius of each kind of body that the patches can see, mm, by their mean area."""
         size = float(np.sqrt(self.patches[:, PATCH_AREA].mean()))
-        return {Sphere: 0.95 * size, Cylinder: 0.45 * size, Edge: 0.38 * size}
+        return {Sphere: 0.92 * size, Cylinder: 0.45 * size, Edge: 0.37 * size}
 
     def first_touch_point_mm(self, pitch_deg: Any, roll_deg: Any) -> Floats:
         """The point of the undeformed finger that a plane touches first in poses, along the axes of the finger, mm: shape (3, poses).

@@ -126,7 +126,7 @@ def test_fingers_of_a_bed(model: fw.Model, arguments: dict[str, Any], text: str)
         ({"pitch_deg": 80}, "pitch_deg: 80 is not between 10 and 70"),
         ({"roll_deg": [0, float("nan")]}, "roll_deg: nan is not between -30 and 30"),
         ({"body": "ball"}, "body: 'ball' where a Plane, Sphere, Cylinder or Edge is needed"),
-        ({"body": fw.Sphere(2)}, "body: Sphere.* is too sharp for the patches of the pad, which see 4.02 mm and more"),
+        ({"body": fw.Sphere(2)}, "body: Sphere.* is too sharp for the patches of the pad, which see 3.89 mm and more"),
     ],
 )
 def test_fingers_of_a_pad(pad: fw.Pad, arguments: dict[str, Any], text: str) -> None:

@@ -217,9 +217,9 @@ impl Default for Effort {
 }
 
 /// Least radii over the square root of the mean area of a patch. A cylinder has steeper flanks than an edge: they push patches aside.
-const SPHERE_PER_PATCH: f32 = 0.95;
+const SPHERE_PER_PATCH: f32 = 0.92;
 const CYLINDER_PER_PATCH: f32 = 0.45;
-const EDGE_PER_PATCH: f32 = 0.38;
+const EDGE_PER_PATCH: f32 = 0.37;
 
 /// Patches and bulk of a finger, read in place.
 #[derive(Clone, Copy, Debug)]

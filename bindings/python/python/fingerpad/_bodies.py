@@ -34,7 +34,7 @@ class Plane:
 class Sphere:
     """A sphere that touches the finger at its apex; with a negative radius the finger lies in a bowl.
 
-    A step takes a sharper body than the patches of the pad can see (4 mm with the shipped pad) as one of the least radius, and flags it:
+    A step takes a sharper body than the patches of the pad can see (3.9 mm with the shipped pad) as one of the least radius, and flags it:
     `Status.BODY_TOO_SHARP`.
     """
 
