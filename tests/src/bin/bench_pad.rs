@@ -33,7 +33,7 @@ struct Args {
     /// Cycles of a held load
     #[arg(long, default_value_t = 1000)]
     cycles: usize,
-    /// Closed paths that the search for a gain of work tries on each body
+    /// Closed paths that the search for a gain of work tries on all four bodies together
     #[arg(long, default_value_t = 500)]
     paths: usize,
 }
