@@ -296,7 +296,9 @@ fn slopes_off(pad: Pad<'_, f64>, body: Body<f64>) -> Result<f64, Error> {
     let (mut worst, mut places) = (0.0f64, 0);
     while places < 20 {
         let at: [f64; 6] = std::array::from_fn(|k| [0.4, 0.4, 1.2, 0.2, 0.35, 0.35][k] * random.number());
-        let at = [at[0], at[1], 1.7 + at[2], at[3], at[4], at[5]];
+        // Every other place is near first touch, where a body is shifted; there less holds a patch.
+        let (depth, held) = if places % 2 == 0 { (1.7 + at[2], 1.0) } else { (0.3 + 0.2 * at[2], 0.02) };
+        let at = [held * at[0], held * at[1], depth, held * at[3], at[4], at[5]];
         let mut ride = Ride::new(pad, body)?;
         ride.to([0.0, 0.0, 0.8 * at[2], 0.0, at[4], at[5]], 60);
         ride.to(at, 120);

@@ -30,7 +30,7 @@ Vec6 = wp.types.vector(length=6, dtype=wp.float32)
 
 # Rows of the memory of a contact; behind them anchors (2 a patch) and used shares (1 a patch).
 BULK, DRIFT, MOTION, FACTOR = 0, 16, 32, 38
-SHIFT, ANGLE, PIVOT, DEPTH, TILT, STRENGTH, FLAGS, PATCHES = 174, 178, 180, 183, 184, 186, 187, 188
+SHIFT, ANGLE, PIVOT, DEPTH, TILT, STRENGTH, FLAGS, APPROACH, PATCHES = 174, 178, 180, 183, 184, 186, 187, 188, 189
 IN_CONTACT, FACTORED = 1, 2
 
 # Rows of what a step keeps of a patch: spread (negative for a patch that is not looked at), strength at full area, anchor.
@@ -55,6 +55,12 @@ NOTICED_LENGTH = wp.constant(wp.float32(5e-5))
 FIRM = wp.constant(wp.float32(0.9))
 STICKS = wp.constant(wp.float32(0.95))
 SLIDES = wp.constant(wp.float32(0.02))
+# The shift of a body near first touch, as in `touch.rs` of the core.
+SHIFTED = wp.constant(wp.float32(0.02))
+PER_DISTANCE = wp.constant(wp.float32(3.0))
+MOST_SHIFTED = wp.constant(wp.float32(0.22))
+ROUND = wp.constant(wp.float32(20.0))
+TOGETHER_MM = wp.constant(wp.float32(0.005))
 AWAY_RAD2 = wp.constant(wp.float32(0.05 * 0.05))
 
 # Depth beyond which the bands grow with depth, and where the slope of a body is taken beside its apex, mm.
@@ -231,6 +237,11 @@ class Frame:
     soft: wp.mat33
     apex: wp.vec3
     pivot: wp.vec3
+    # The part that only holds near first touch: shift along the normal, mm, change of the place per depth, and addition to the arm of the
+    # normal force, finger's frame, mm.
+    shift: float
+    rate: float
+    arm: wp.vec3
 
 
 @wp.func
@@ -261,9 +272,8 @@ def first_touch_mm(numbers: wp.array(dtype=float), normal: wp.vec3):
 
 
 @wp.func
-def first_touch_point_mm(numbers: wp.array(dtype=float), pitch: float, roll: float):
-    """The point of the undeformed finger that a plane touches first in a pose, along the axes of the finger, mm."""
-    axes = tilted_axes(pitch, roll)
+def first_touch_point_mm(numbers: wp.array(dtype=float), axes: wp.mat33):
+    """The point of the undeformed finger that a plane with these axes touches first, along the axes of the finger, mm."""
     x = axes[2, 0]
     root = axes[2, 1]
     y = root * root
@@ -287,7 +297,102 @@ def first_touch_point_mm(numbers: wp.array(dtype=float), pitch: float, roll: flo
 
 
 @wp.func
-def frame_of(numbers: wp.array(dtype=float), memory: wp.array2d(dtype=float), i: int):
+def middle_of(patches: wp.array2d(dtype=float), j: int):
+    return wp.vec3(patches[j, 0], patches[j, 1], patches[j, 2])
+
+
+@wp.func
+def root_of_spread(patches: wp.array2d(dtype=float), j: int):
+    """Lower triangle L of the second moment L L' of a patch, mm."""
+    s = wp.static(place.SPREAD)
+    return wp.mat33(
+        patches[j, s], 0.0, 0.0, patches[j, s + 1], patches[j, s + 2], 0.0, patches[j, s + 3], patches[j, s + 4], patches[j, s + 5]
+    )
+
+
+@wp.func
+def patches_meet(patches: wp.array2d(dtype=float), normal: wp.vec3):
+    """Place, mm, at which the first patches meet a plane, and the plane's height there, mm; finger's frame."""
+    least = float(3.0e38)
+    sum = float(0.0)
+    met = wp.vec3(0.0, 0.0, 0.0)
+    for j in range(patches.shape[0]):
+        low = root_of_spread(patches, j)
+        along = wp.transpose(low) @ normal
+        spread = wp.sqrt(wp.dot(along, along) + LEAST_SPREAD_MM2)
+        height = wp.dot(normal, middle_of(patches, j)) - spread
+        weight = float(1.0)
+        if height < least:
+            kept = float(0.0)
+            if least - height < 20.0 * TOGETHER_MM:
+                kept = wp.exp((height - least) / TOGETHER_MM)
+            sum = sum * kept
+            met = met * kept
+            least = height
+        elif height - least < 20.0 * TOGETHER_MM:
+            weight = wp.exp((least - height) / TOGETHER_MM)
+        else:
+            weight = 0.0
+        sum = sum + weight
+        # The point of the ellipsoid that is closest to the plane.
+        met = met + (middle_of(patches, j) - low @ along / spread) * weight
+    return wp.vec4(met[0] / sum, met[1] / sum, met[2] / sum, least - TOGETHER_MM * wp.log(sum))
+
+
+@wp.func
+def steepness(body: Solid):
+    """Mean slope from the apex of a body to points beside it; 0 for a plane."""
+    sum = float(0.0)
+    if body.kind != 0:
+        for k in range(2):
+            side = BESIDE_MM * (1.0 - 2.0 * float(k))
+            along = surface_point(body, side, 0.0)
+            across = surface_point(body, 0.0, side)
+            sum = sum + along[2] + across[2]
+    return wp.abs(sum) * (0.25 / BESIDE_MM)
+
+
+@wp.func
+def with_approach(
+    frame: Frame,
+    numbers: wp.array(dtype=float),
+    patches: wp.array2d(dtype=float),
+    body: Solid,
+    tilted: wp.mat33,
+    depth: float,
+):
+    """The frame with the shift of the body near first touch, where the patches meet a plane before or after the skin does."""
+    frame.shift = 0.0
+    frame.rate = 1.0
+    frame.arm = wp.vec3(0.0, 0.0, 0.0)
+    depth_max = numbers[wp.static(place.DEPTH_MAX)]
+    flatness = wp.max(1.0 - ROUND * steepness(body), 0.0)
+    if depth < MOST_SHIFTED * depth_max and flatness > 0.0:
+        normal = wp.vec3(tilted[2, 0], tilted[2, 1], tilted[2, 2])
+        meets = patches_meet(patches, normal)
+        largest = (MOST_SHIFTED - SHIFTED) * depth_max / PER_DISTANCE
+        off = meets[3] - first_touch_mm(numbers, normal)
+        within = wp.clamp(off, -largest, largest)
+        late = within * flatness
+        range = SHIFTED * depth_max + PER_DISTANCE * wp.abs(late)
+        left = 1.0 - depth / range
+        if left > 0.0:
+            touch = first_touch_point_mm(numbers, tilted)
+            per_depth = -2.0 * late * left / range
+            per_off = (left * left + wp.abs(per_depth) * PER_DISTANCE * depth / range) * flatness
+            if within != off:
+                per_off = 0.0
+            frame.shift = late * left * left
+            frame.rate = 1.0 + per_depth
+            frame.arm = (touch - wp.vec3(meets[0], meets[1], meets[2])) * per_off + (touch - frame.pivot) * per_depth
+    frame.apex = frame.apex + wp.vec3(0.0, 0.0, frame.shift)
+    return frame
+
+
+@wp.func
+def frame_of(
+    numbers: wp.array(dtype=float), patches: wp.array2d(dtype=float), memory: wp.array2d(dtype=float), body: Solid, i: int
+):
     tilted = tilted_axes(memory[wp.static(TILT), i], memory[wp.static(TILT + 1), i])
     sin = wp.sin(memory[wp.static(ANGLE), i])
     cos = wp.cos(memory[wp.static(ANGLE), i])
@@ -303,27 +408,13 @@ def frame_of(numbers: wp.array(dtype=float), memory: wp.array2d(dtype=float), i:
     y = memory[wp.static(SHIFT + 2), i]
     height = first_touch_mm(numbers, normal) - wp.dot(normal, frame.pivot) + memory[wp.static(DEPTH), i]
     frame.apex = wp.vec3(cos * x + sin * y, cos * y - sin * x, height)
-    return frame
-
-
-@wp.func
-def middle_of(patches: wp.array2d(dtype=float), j: int):
-    return wp.vec3(patches[j, 0], patches[j, 1], patches[j, 2])
+    return with_approach(frame, numbers, patches, body, tilted, memory[wp.static(DEPTH), i])
 
 
 @wp.func
 def placed(patches: wp.array2d(dtype=float), frame: Frame, j: int):
     """Place of an undeformed patch, body's frame, mm."""
     return frame.axes @ (middle_of(patches, j) - frame.pivot) - frame.apex
-
-
-@wp.func
-def root_of_spread(patches: wp.array2d(dtype=float), j: int):
-    """Lower triangle L of the second moment L L' of a patch, mm."""
-    s = wp.static(place.SPREAD)
-    return wp.mat33(
-        patches[j, s], 0.0, 0.0, patches[j, s + 1], patches[j, s + 2], 0.0, patches[j, s + 3], patches[j, s + 4], patches[j, s + 5]
-    )
 
 
 @wp.func
@@ -857,19 +948,6 @@ def band(numbers: wp.array(dtype=float), at: int, away: float, stick: float):
 
 
 @wp.func
-def steepness(body: Solid):
-    """Mean slope from the apex of a body to points beside it; 0 for a plane."""
-    sum = float(0.0)
-    if body.kind != 0:
-        for k in range(2):
-            side = BESIDE_MM * (1.0 - 2.0 * float(k))
-            along = surface_point(body, side, 0.0)
-            across = surface_point(body, 0.0, side)
-            sum = sum + along[2] + across[2]
-    return wp.abs(sum) * (0.25 / BESIDE_MM)
-
-
-@wp.func
 def forget_pad(memory: wp.array2d(dtype=float), count: int, strength: float, i: int):
     for row in range(PATCHES + 3 * count):
         memory[row, i] = 0.0
@@ -1008,7 +1086,9 @@ def step_pad(
         memory[FLAGS, i] = 0.0
         _bed.answer_in_the_air(response, regime, status, flags, i)
         return
-    frame = frame_of(numbers, memory, i)
+    frame = frame_of(numbers, patches, memory, body, i)
+    travel = travel + wp.abs(frame.shift - memory[APPROACH, i])
+    memory[APPROACH, i] = frame.shift
     if int(memory[FLAGS, i]) & wp.static(IN_CONTACT) == 0:
         memory[FLAGS, i] = float(wp.static(IN_CONTACT))
         for k in range(MODES):
@@ -1019,6 +1099,8 @@ def step_pad(
             memory[PATCHES + 2 * j, i] = beside[0]
             memory[PATCHES + 2 * j + 1, i] = beside[1]
             memory[PATCHES + 2 * count + j, i] = APART
+    # Near first touch the normal force is the patches' times the rate of approach.
+    strength_now = strength * frame.rate
 
     # ---- equilibrium, from where the bulk would be if it went on as before ----
     start = stored_bulk(memory, i)
@@ -1042,7 +1124,7 @@ def step_pad(
     end = start
     for _attempt in range(2):
         wake(numbers, patches, modes, kept, memory, body, frame, near, i)
-        is_met = solve(numbers, patches, modes, rigid, squash, kept, memory, body, frame, strength, i)
+        is_met = solve(numbers, patches, modes, rigid, squash, kept, memory, body, frame, strength_now, i)
         end = stored_bulk(memory, i)
         moved = moved_mm(numbers, start, end)
         if not (moved > WAKE_MM and may_touch(kept, memory, count, APART + travel + moved, i)):
@@ -1078,7 +1160,7 @@ def step_pad(
         if spread < 0.0:
             memory[PATCHES + 2 * count + j, i] = used - travel
         else:
-            acting = act(numbers, patches, modes, kept, body, frame, strength, end, lift, swept, i, j)
+            acting = act(numbers, patches, modes, kept, body, frame, strength_now, end, lift, swept, i, j)
             anchor = wp.vec2(memory[PATCHES + 2 * j, i], memory[PATCHES + 2 * j + 1, i])
             if acting.touches == 0:
                 anchor = foot(body, acting.place)
@@ -1167,7 +1249,11 @@ def step_pad(
             # The next step may move the skin anywhere.
             memory[PATCHES + 2 * count + j, i] = wp.min(memory[PATCHES + 2 * count + j, i], APART)
     turning = frame.axes @ turning
-    moment = moment + wp.vec3(-turning[1], turning[0], 0.0)
+    lever = frame.axes @ frame.arm
+    about_x = lever[1] * force[2] - frame.shift * force[1] - turning[1]
+    about_y = frame.shift * force[0] - lever[0] * force[2] + turning[0]
+    moment = moment + wp.vec3(about_x, about_y, 0.0)
+    force = wp.vec3(force[0], force[1], force[2] * frame.rate)
     # Back from the body's axes to those of the plane.
     sin_back = wp.sin(memory[ANGLE, i])
     cos_back = wp.cos(memory[ANGLE, i])
@@ -1232,8 +1318,8 @@ def step_pad(
         light = wp.static(place.BAND_LIGHT)
         of_normal = band(numbers, wp.static(place.BAND_NORMAL), away, stick) + steep * numbers[b] + deep * numbers[d]
         of_limit = band(numbers, wp.static(place.BAND_FRICTION), away, stick) + steep * numbers[b + 1] + deep * numbers[d + 1]
-        band_normal = wp.max(normal, 0.0) * of_normal + numbers[light] + away * numbers[light + 2]
-        band_friction = limit * of_limit + numbers[light + 1] + away * numbers[light + 3]
+        band_normal = wp.max(wp.max(normal, 0.0) * of_normal + numbers[light] + away * numbers[light + 2], 0.0)
+        band_friction = wp.max(limit * of_limit + numbers[light + 1] + away * numbers[light + 3], 0.0)
     response[wp.static(_bed.BAND_N), i] = band_normal
     response[wp.static(_bed.BAND_F), i] = band_friction
     regime[i] = sort

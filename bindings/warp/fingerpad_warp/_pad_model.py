@@ -102,22 +102,26 @@ class Pad:
     def first_touch_point_mm(self, pitch_deg: Any, roll_deg: Any) -> Floats:
         """The point of the undeformed finger that a plane touches first in poses, along the axes of the finger, mm: shape (3, poses).
 
-        The slope of the height over the plane's turn is the place along the plane. In single precision and in the core's order: rounding
-        moves the point by some 1e-4 mm, and fingers here are to turn about the core's point.
+        The slope of the height over the plane's turn is the place along the plane. In single precision and in the core's order: fingers
+        here are to turn about the core's point.
         """
         rad = np.float32(np.pi / 180)
         ps, pc = _sin_cos((np.asarray(pitch_deg, np.float32) - self.numbers[NEUTRAL_PITCH]) * rad)
         rs, rc = _sin_cos(np.asarray(roll_deg, np.float32) * rad)
         axes = [[pc, ps * rs, ps * rc], [np.zeros_like(ps), rc, -rs], [-ps, pc * rs, pc * rc]]
-        step = np.float32(1 / 1024)
-
-        def height(axis: int, by: np.float32) -> Any:
-            raw = [axes[2][k] + axes[axis][k] * by for k in range(3)]
-            one = np.float32(1) / np.sqrt(raw[0] * raw[0] + raw[1] * raw[1] + raw[2] * raw[2])
-            return self._first_touch(raw[0] * one, raw[1] * one)
-
-        along = [(height(axis, step) - height(axis, -step)) / (np.float32(2) * step) for axis in (0, 1)]
-        along.append(self._first_touch(axes[2][0], axes[2][1]))
+        x, root = axes[2][0], axes[2][1]
+        y = root * root
+        x2, y2 = x * x, y * y
+        x3, x4, y3 = x2 * x, x2 * x2, y2 * y
+        zero, one = np.zeros_like(x), np.ones_like(x)
+        by_x = [
+            zero, one, 2 * x, 3 * x2, 4 * x3, 5 * x4, 6 * x4 * x, zero, y, 2 * x * y, 3 * x2 * y, 4 * x3 * y, zero, y2, 2 * x * y2, zero,
+            y3, 7 * x4 * x2, 3 * x2 * y2, zero,
+        ]  # fmt: skip
+        by_y = [one, x, x2, x3, x4, 2 * y, 2 * x * y, 2 * x2 * y, 3 * y2, 3 * y2 * x, zero, 2 * x3 * y, 4 * y3]
+        slopes = [self._sum(by_x, FIRST_TOUCH), 2 * root * self._sum(by_y, FIRST_TOUCH + 7)]
+        along = [axes[k][0] * slopes[0] + axes[k][1] * slopes[1] for k in (0, 1)]
+        along.append(self._first_touch(x, root))
         return np.array([axes[0][k] * along[0] + axes[1][k] * along[1] + axes[2][k] * along[2] for k in range(3)], np.float32)
 
     def _first_touch(self, x: Any, y: Any) -> Any:
@@ -129,10 +133,13 @@ class Pad:
             np.ones_like(x), x, x2, x3, x4, x4 * x, x6, y, y * x, y * x2, y * x3, y * x4, y2, y2 * x, y2 * x2, y2 * y, y2 * y * x,
             x6 * x, y2 * x3, y2 * y2,
         ]  # fmt: skip
-        height = np.zeros_like(x)
-        for term, coefficient in zip(terms, self.numbers[FIRST_TOUCH : FIRST_TOUCH + 20], strict=True):
-            height = height + term * coefficient
-        return height
+        return self._sum(terms, FIRST_TOUCH)
+
+    def _sum(self, terms: list[Any], at: int) -> Any:
+        sum = np.zeros_like(terms[0])
+        for term, coefficient in zip(terms, self.numbers[at : at + len(terms)], strict=True):
+            sum = sum + term * coefficient
+        return sum
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Pad) and self._data == other._data

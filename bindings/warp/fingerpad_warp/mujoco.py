@@ -277,7 +277,7 @@ def place_sites(
         depth_mm[i] = sinks - MM_PER_M * height
     else:
         held = held_pose(pad, pitch, roll)
-        touch = _pad.first_touch_point_mm(pad, held[0], held[1])
+        touch = _pad.first_touch_point_mm(pad, _pad.tilted_axes(held[0], held[1]))
         depth_mm[i] = -wp.dot(normal_at(pitch, roll), touch) - MM_PER_M * height
         pitch_deg[i] = pad[wp.static(place.NEUTRAL_PITCH)] + DEGREES * pitch
         roll_deg[i] = DEGREES * roll
@@ -389,7 +389,7 @@ def pad_wrench(
     pitch = pose[i][0]
     roll = pose[i][1]
     held = held_pose(pad, pitch, roll)
-    touch = _pad.first_touch_point_mm(pad, held[0], held[1]) / MM_PER_M
+    touch = _pad.first_touch_point_mm(pad, _pad.tilted_axes(held[0], held[1])) / MM_PER_M
     normal_n = response[wp.static(_bed.NORMAL_N), i]
     force = wp.vec3(response[wp.static(_bed.FRICTION_X), i], response[wp.static(_bed.FRICTION_Y), i], normal_n)
     # The foot of the site as the pad has it: in a pose that it follows, where it is.

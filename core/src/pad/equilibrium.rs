@@ -8,6 +8,7 @@ use crate::math::{Elementary, Scalar};
 
 use super::body::{Surface, mean, point};
 use super::patch::Compressed;
+use super::touch::Approach;
 use super::vector::{
     Bulk, Mat3, Packed, Rounded, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, rotated,
     rotated_back, solve, symmetric, times, zeros,
@@ -41,6 +42,8 @@ pub(crate) struct Frame<T> {
     pub apex: Vec3<T>,
     /// Centre of rotation of poses, finger's frame, mm.
     pub pivot: Vec3<T>,
+    /// The part of the apex's place that only holds near first touch.
+    pub approach: Approach<T>,
 }
 
 /// A patch that may touch in a step.

@@ -27,14 +27,16 @@ mod requests;
 mod save;
 mod state;
 mod step;
+mod touch;
 mod vector;
 
 pub use body::{Body, Cylinder, Edge, LeastRadii, Plane, Sphere, Surface};
-pub use data::{Effort, Law, Numbers, Pad, Patch, first_touch_terms};
+pub use data::{Effort, Law, Numbers, Pad, Patch};
 pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;
 pub use save::pad_state_bytes;
 pub use state::{PadState, PatchState};
+pub use touch::first_touch_terms;
 
 /// Number of coordinates of the bulk.
 pub const MODES: usize = 16;

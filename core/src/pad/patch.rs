@@ -2,6 +2,7 @@
 
 use crate::math::Elementary;
 
+use super::vector::{Vec3, dot};
 use super::{Law, Patch};
 
 /// Law of the normal contact of a patch in one pose; it does not depend on the bulk.
@@ -122,4 +123,22 @@ impl<T: Elementary> Compressed<T> {
         let by_flat = T::of(0.4) * self.spread * force * square / self.flat;
         (force * overlap - dual, force * (T::of(1.0) - T::of(0.6) * square) + by_flat * flat_force_rate)
     }
+}
+
+/// Least mean square of the gaps within a patch, mm².
+const LEAST_SPREAD_MM2: f32 = 1e-8;
+
+/// L' d for the factor L of the second moment of a patch and a direction d, mm; and its length, the standard deviation along d.
+#[inline(always)]
+pub(crate) fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>) -> (Vec3<T>, T) {
+    let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
+    let [x, y, z] = direction;
+    let along = [xx * *x + xy * *y + xz * *z, yy * *y + yz * *z, zz * *z];
+    (along, root_of_variance(dot(&along, &along)))
+}
+
+/// Standard deviation of the gaps within a patch, mm.
+#[inline(always)]
+pub(crate) fn root_of_variance<T: Elementary>(variance: T) -> T {
+    (variance + T::of(LEAST_SPREAD_MM2)).magnitude().sqrt()
 }

@@ -60,7 +60,7 @@ impl<T: Elementary> Pad<'_, T> {
                 continue;
             }
             let traction = back(&times(&contact.stretch, contact.grip / patch.area_mm2));
-            out.pressure_mpa = contact.force / patch.area_mm2 * pressure;
+            out.pressure_mpa = contact.force * equations.frame.approach.rate / patch.area_mm2 * pressure;
             out.traction_mpa = [traction[0] * pressure, traction[1] * pressure];
             out.contact_area_mm2 = placed.compressed.area(contact.below, law) * (length * length);
             out.used = used.magnitude();

@@ -6,6 +6,7 @@ use crate::math::{Elementary, add};
 use crate::{Error, Regime, Response, Status};
 
 use super::Pad;
+use super::step::axes;
 use super::vector::{Bulk, Rounded, Vec3, zeros};
 
 /// Values of [`PadState::used`] from here on belong to patches without contact; shares of the strength are at most 1.
@@ -47,8 +48,8 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) tilt: [T; 2],
     /// Factor of all strengths.
     pub(crate) strength_factor: T,
-    /// Upper bound of the approach of the body to any patch in the last motion, mm.
-    pub(crate) travel: T,
+    /// Shift of the body near first touch in the last step, mm.
+    pub(crate) approach: T,
     /// Overlap of a certain place with the body, mm: shows that the body is another one.
     pub(crate) probe: T,
     /// The response of the last step, if the contact is at [`REST`].
@@ -111,7 +112,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             depth: T::of(0.0),
             tilt: zeros(),
             strength_factor: T::of(1.0),
-            travel: T::of(0.0),
+            approach: T::of(0.0),
             probe: T::of(0.0),
             rest: Rest { numbers: zeros(), regime: 0 },
             patches: patches as u32,
@@ -129,7 +130,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         state.tilt = pad.tilt(pose_deg).0;
         // In the neutral pose this point is the origin; the fitted heights give it within their error only.
         if state.tilt != zeros() {
-            state.pivot = pad.fitted_first_touch_point_mm(pose_deg);
+            state.pivot = pad.fitted_first_touch_point_mm(&axes(state.tilt));
         }
         Ok(state)
     }

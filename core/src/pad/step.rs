@@ -10,9 +10,9 @@ use crate::{Motion, Regime, Response, Status};
 
 use super::body::{InUnits, Sides, Surface, spread, steepness};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, anchor_at};
-use super::patch::{Compressed, flat_force_rate};
+use super::patch::{Compressed, flat_force_rate, root_of_variance, spread_along};
 use super::state::{APART, PadState};
-use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, rotated, rotated_back, times, zeros};
+use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, rotated, times, zeros};
 use super::{Pad, Patch};
 
 /// Least depth of a contact, mm.
@@ -23,8 +23,6 @@ const LARGEST: f32 = 1e9;
 const LONGEST_STEP: f32 = 64.0;
 /// Distance from the finger at which the origin of a plane is moved to it, mm.
 const FAR: f32 = 16.0;
-/// Least mean square of the gaps within a patch, mm².
-const LEAST_SPREAD_MM2: f32 = 1e-8;
 /// Distance of the six quadrature points of a patch from its middle over the standard deviation of its points.
 const ROOT_3: f32 = 1.732_050_8;
 /// Patches within this distance from contact take part in a step, mm. If the skin moves farther in the step, the others are checked.
@@ -65,27 +63,6 @@ impl<T: Elementary> Pad<'_, T> {
             [within(pitch, numbers.pitch_range_deg), within(roll, [-numbers.roll_max_deg, numbers.roll_max_deg])];
         let rad = T::of(RAD);
         ([(clamped[0] - numbers.neutral_pitch_deg) * rad, clamped[1] * rad], clamped == [pitch, roll])
-    }
-
-    /// The point of the undeformed finger that a plane touches first in a pose, along the axes of the finger, mm.
-    ///
-    /// * `pose_deg`: pitch and roll, degrees, clamped to the range of the fit
-    pub fn first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
-        self.fitted_first_touch_point_mm(pose_deg).map(|x| x * self.units.length)
-    }
-
-    /// The same for the fitted finger, in its units.
-    pub(crate) fn fitted_first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
-        let axes = axes(self.tilt(pose_deg).0);
-        // The derivative of the height over the rotation of the plane is the place along the plane.
-        let step = 1.0 / 1024.0;
-        let height = |axis: usize, by: f32| {
-            let raw = plus(&axes[2], &times(&axes[axis], T::of(by)));
-            let one = T::of(1.0) / dot(&raw, &raw).magnitude().sqrt();
-            self.fitted_first_touch_mm(&times(&raw, one))
-        };
-        let along = [0, 1].map(|k| (height(k, step) - height(k, -step)) / T::of(2.0 * step));
-        rotated_back(&axes, &[along[0], along[1], self.fitted_first_touch_mm(&axes[2])])
     }
 
     /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
@@ -137,12 +114,7 @@ impl<T: Elementary> Pad<'_, T> {
         {
             return response;
         }
-        let (status, motion) = self.advance(state, body, motion, pose_deg);
-        if probe != state.probe {
-            // Another body may touch any patch.
-            state.travel = T::of(2.0 * FARTHEST_MM);
-            state.probe = probe;
-        }
+        let (status, motion, travel) = self.advance(state, body, motion, pose_deg);
         if !(state.depth >= T::of(TOUCH_MM)) {
             state.end_contact();
             return Response { status, ..Response::default() };
@@ -150,18 +122,26 @@ impl<T: Elementary> Pad<'_, T> {
         let start = state.bulk;
         state.extrapolate(motion);
         let equations = self.equations(state, body);
+        let shift = equations.frame.approach.shift;
+        let mut travel = travel + (shift - state.approach).magnitude();
+        state.approach = shift;
+        if probe != state.probe {
+            // Another body may touch any patch.
+            travel = T::of(2.0 * FARTHEST_MM);
+            state.probe = probe;
+        }
         let mut active = Vec::<_, P>::new();
-        self.collect_active(state, &equations, Candidates::Near, &mut active);
+        self.collect_active(state, &equations, Candidates::Within(travel), &mut active);
         let mut evaluations = self.effort.evaluations;
         let mut converged = equations.solve(state, &mut active, &mut evaluations);
-        if self.moved_mm(&start, &state.bulk) > T::of(NEARBY_MM) && self.may_touch(state, &active, &start) {
+        if self.moved_mm(&start, &state.bulk) > T::of(NEARBY_MM) && self.may_touch(state, &active, &start, travel) {
             // A patch that was left out may touch.
             rare();
             self.collect_active(state, &equations, Candidates::All, &mut active);
             converged = equations.solve(state, &mut active, &mut evaluations);
         }
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
-        let travel = state.travel + self.moved_mm(&start, &state.bulk);
+        let travel = travel + self.moved_mm(&start, &state.bulk);
         let mut indices = active.iter().map(|patch| patch.index).peekable();
         for (index, used) in state.used.iter_mut().enumerate() {
             if indices.next_if_eq(&index).is_none() {
@@ -199,14 +179,15 @@ impl<T: Elementary> Pad<'_, T> {
             && self.tilt(pose_deg) == (state.tilt, true)
     }
 
-    /// Moves body and pose, and begins a contact at first touch. Returns the motion: depth, slides (mm), spin, pitch and roll (rad).
+    /// Moves body and pose, and begins a contact at first touch. Returns the motion: depth, slides (mm), spin, pitch and
+    /// roll (rad); and an upper bound of the approach of the body to any patch, without its shift near first touch, mm.
     fn advance<const P: usize>(
         &self,
         state: &mut PadState<P, T>,
         body: &impl Surface<T>,
         motion: Motion<T>,
         pose_deg: [T; 2],
-    ) -> (Status, [T; 6]) {
+    ) -> (Status, [T; 6], T) {
         let mut status = Status::OK;
         if !motion.dt_s.is_between(f32::MIN_POSITIVE, LARGEST) {
             rare();
@@ -256,12 +237,12 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         let rotated = (state.tilt[0] - tilt[0]).magnitude() + (state.tilt[1] - tilt[1]).magnitude();
-        state.travel = (state.depth - depth).magnitude() + rotated * T::of(FARTHEST_MM);
+        let mut travel = (state.depth - depth).magnitude() + rotated * T::of(FARTHEST_MM);
         if !body.is_plane() {
-            state.travel += slide[0].magnitude() + slide[1].magnitude() + spin.magnitude() * T::of(FARTHEST_MM);
+            travel += slide[0].magnitude() + slide[1].magnitude() + spin.magnitude() * T::of(FARTHEST_MM);
         }
         if state.depth >= T::of(TOUCH_MM) && !state.in_contact() {
-            let frame = self.frame(state);
+            let frame = self.frame(state, body);
             state.touch();
             state.bulk = zeros();
             for ((patch, anchor), used) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.used) {
@@ -272,11 +253,11 @@ impl<T: Elementary> Pad<'_, T> {
             state.drift = zeros();
         }
         let [x, y] = slide;
-        (status, [state.depth - depth, x, y, spin, state.tilt[0] - tilt[0], state.tilt[1] - tilt[1]])
+        (status, [state.depth - depth, x, y, spin, state.tilt[0] - tilt[0], state.tilt[1] - tilt[1]], travel)
     }
 
     /// Transformation from the finger's frame to that of the body.
-    fn frame<const P: usize>(&self, state: &PadState<P, T>) -> Frame<T> {
+    fn frame<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> Frame<T> {
         let [along, across, normal] = axes(state.tilt);
         let (sin, cos) = state.angle[0].sin_cos();
         let turned_axes =
@@ -286,7 +267,9 @@ impl<T: Elementary> Pad<'_, T> {
             [times(&turned_axes[0], across_soft), times(&turned_axes[1], across_soft), times(&normal, along_soft)];
         let [x, y] = [state.shift[0][0], state.shift[1][0]];
         let height = self.fitted_first_touch_mm(&normal) - dot(&normal, &state.pivot) + state.depth;
-        Frame { axes: turned_axes, soft, apex: [cos * x + sin * y, cos * y - sin * x, height], pivot: state.pivot }
+        let approach = self.approach(state.depth, &[along, across, normal], &state.pivot, body);
+        let apex = [cos * x + sin * y, cos * y - sin * x, height + approach.shift];
+        Frame { axes: turned_axes, soft, apex, pivot: state.pivot, approach }
     }
 
     /// Upper bound of the displacement of any patch between two states of the bulk, mm.
@@ -296,14 +279,15 @@ impl<T: Elementary> Pad<'_, T> {
         T::of(1.5) * self.numbers.reach * along(&change, &change).magnitude().sqrt()
     }
 
-    /// Whether a patch that was left out of the step may touch after the bulk has moved from `start`.
+    /// Whether a patch that was left out of the step may touch after the bulk has moved from `start` and the body by `travel`, mm.
     fn may_touch<const P: usize>(
         &self,
         state: &PadState<P, T>,
         active: &[ActivePatch<'_, T>],
         start: &Bulk<T>,
+        travel: T,
     ) -> bool {
-        let near = T::of(APART) + state.travel + self.moved_mm(start, &state.bulk);
+        let near = T::of(APART) + travel + self.moved_mm(start, &state.bulk);
         let mut indices = active.iter().map(|patch| patch.index).peekable();
         let asleep = |(index, _): &(usize, &T)| indices.next_if_eq(index).is_none();
         state.used.iter().take(self.patches.len()).enumerate().filter(asleep).any(|(_, used)| !(*used > near))
@@ -314,11 +298,13 @@ impl<T: Elementary> Pad<'_, T> {
         state: &PadState<P, T>,
         body: &'a B,
     ) -> Equations<'a, T, B> {
+        let frame = self.frame(state, body);
         Equations {
             numbers: self.numbers,
             body,
-            frame: self.frame(state),
-            strength_factor: state.strength_factor * self.units.strength,
+            // Near first touch the normal force is the patches' times the rate of approach.
+            strength_factor: state.strength_factor * self.units.strength * frame.approach.rate,
+            frame,
             tolerance: self.effort.tolerance,
         }
     }
@@ -328,14 +314,15 @@ impl<T: Elementary> Pad<'_, T> {
         &'a self,
         state: &PadState<P, T>,
         equations: &Equations<'_, T, B>,
-        which: Candidates,
+        which: Candidates<T>,
         active: &mut Vec<ActivePatch<'a, T>, P>,
     ) {
         let (frame, body) = (&equations.frame, equations.body);
-        let near = T::of(APART + NEARBY_MM) + state.travel;
         active.clear();
         for (index, ((patch, anchor), used)) in self.patches.iter().zip(&state.anchors).zip(&state.used).enumerate() {
-            if which == Candidates::Near && !(*used <= near) {
+            if let Candidates::Within(travel) = which
+                && !(*used <= T::of(APART + NEARBY_MM) + travel)
+            {
                 continue;
             }
             let mut placed = self.placed(patch, *anchor, frame, body);
@@ -353,13 +340,11 @@ impl<T: Elementary> Pad<'_, T> {
     /// The quantities of a patch that are constant within a step.
     fn placed<B: Surface<T>>(&self, patch: &Patch<T>, anchor: [T; 2], frame: &Frame<T>, body: &B) -> PlacedPatch<T> {
         let place = frame.place(patch);
-        let variance = if body.is_plane() {
-            let along = spread_along(patch, &frame.axes[2]);
-            dot(&along, &along)
+        let spread = if body.is_plane() {
+            spread_along(patch, &frame.axes[2]).1
         } else {
-            spread(body, &place, &frame.sides(patch)).variance
+            root_of_variance(spread(body, &place, &frame.sides(patch)).variance)
         };
-        let spread = (variance + T::of(LEAST_SPREAD_MM2)).magnitude().sqrt();
         let (anchor, inward) = anchor_at(body, anchor);
         PlacedPatch { compressed: Compressed::new(patch, spread, &self.numbers.law), place, anchor, inward }
     }
@@ -449,7 +434,7 @@ impl<T: Elementary> Pad<'_, T> {
             if equations.body.is_plane() {
                 // The second moment times the normal.
                 let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
-                let [a, b, c] = spread_along(patch, &equations.frame.axes[2]);
+                let ([a, b, c], _) = spread_along(patch, &equations.frame.axes[2]);
                 turning = plus(&turning, &times(&[xx * a, xy * a + yy * b, xz * a + yz * b + zz * c], pull));
                 continue;
             }
@@ -488,12 +473,16 @@ impl<T: Elementary> Pad<'_, T> {
     ) -> Response<T> {
         let Sums { friction_spin, area, stuck_area, firm_area, strength, reach, .. } = *sums;
         let zero = T::of(0.0);
-        let turning = rotated(&equations.frame.axes, &sums.turning);
-        let moment = plus(&sums.moment, &[-turning[1], turning[0], zero]);
+        let Frame { axes, approach, .. } = &equations.frame;
+        let (turning, arm) = (rotated(axes, &sums.turning), rotated(axes, &approach.arm));
+        let [x, y, normal] = sums.force;
+        let about = [arm[1] * normal - approach.shift * y, approach.shift * x - arm[0] * normal];
+        let moment = plus(&sums.moment, &[about[0] - turning[1], about[1] + turning[0], zero]);
+        let force = [x, y, normal * approach.rate];
         // From the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
-        let (force, moment, friction) = (back(&sums.force), back(&moment), back(&sums.friction));
+        let (force, moment, friction) = (back(&force), back(&moment), back(&sums.friction));
         let (normal, in_contact) = (force[2], area > zero);
         let pressing = normal.not_negative();
         let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
@@ -593,10 +582,9 @@ struct Sums<T> {
 }
 
 /// The patches that take part in a step.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Candidates {
-    /// Those that touch or may touch in this step.
-    Near,
+pub(super) enum Candidates<T> {
+    /// Those that touch or may touch where a body approaches any patch by this at most, mm.
+    Within(T),
     /// All patches.
     All,
 }
@@ -613,7 +601,7 @@ fn away<T: Elementary>([pitch, roll]: [T; 2]) -> T {
 }
 
 /// Rotation from the finger's axes to those of the plane, for pitch and roll in rad.
-fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
+pub(super) fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
     let ((ps, pc), (rs, rc)) = (pitch.sin_cos(), roll.sin_cos());
     [[pc, ps * rs, ps * rc], [T::of(0.0), rc, -rs], [-ps, pc * rs, pc * rc]]
 }
@@ -623,14 +611,6 @@ fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
 fn closest_place<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
     let (overlap, inward) = body.overlap(place);
     [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
-}
-
-/// L' d for the factor L of the second moment of a patch and a direction d, mm: its length is the standard deviation along d.
-#[inline(always)]
-fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>) -> Vec3<T> {
-    let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
-    let [x, y, z] = direction;
-    [xx * *x + xy * *y + xz * *z, yy * *y + yz * *z, zz * *z]
 }
 
 /// Slipping share of a patch under growing load.

@@ -120,3 +120,33 @@ impl Correction {
         self.column
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::runs::{Labels, RawRow};
+
+    /// A reading that scatters by its error only is its mean, far from zero as that may be; one that scatters far more is itself.
+    #[test]
+    fn a_reading_moves_to_the_mean_as_far_as_it_is_error() {
+        for (spread, moves) in [(1.0, 1.0), (40.0, 0.0)] {
+            let reading = |run: usize| 50.0 + spread * if run.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let run = |r: usize| {
+                let row = |i: usize| {
+                    let depth_mm = 0.1 * i as f64;
+                    let bare = RawRow::bare(2, i as f64, depth_mm, [0.0; 2], [depth_mm, 0.0, 0.0]);
+                    RawRow { hydration_au: reading(r), ..bare }
+                };
+                (Labels { run: format!("r{r}"), ..Labels::default() }, (0..10).map(row).collect())
+            };
+            let mut set = RunSet::from_rows("runs.csv".into(), (0..8).map(run).collect()).unwrap();
+            let error = CovariateError { column: Column::Hydration, sd: CORNEOMETER_SD_AU };
+            Correction::learn(&set, error).unwrap().apply(&mut set);
+            for (k, run) in set.runs.iter().enumerate() {
+                let want = moves * 50.0 + (1.0 - moves) * reading(k);
+                let found = run.value(Column::Hydration);
+                assert!((found - want).abs() < 0.2, "{spread}: {found} for {want}");
+            }
+        }
+    }
+}

@@ -467,4 +467,16 @@ mod tests {
         let coarse = set(|_, _, row| row.force_n = row.force_n.map(|f| (f / 0.01).round() * 0.01));
         assert_eq!(rails(&coarse), []);
     }
+
+    /// With none elsewhere, two flags at the onset of sliding are chance and stay, three are the finger's and go.
+    #[test]
+    fn flags_at_the_onset_are_the_fingers_where_they_are_frequent() {
+        let set = set(|_, _, _| ());
+        for (flagged, left) in [(2, 2), (3, 0)] {
+            let mut flags: Flags = set.runs.iter().map(|run| vec![[false; 3]; run.rows.len()]).collect();
+            (0..flagged).for_each(|run| flags[run][12] = [true, false, false]);
+            keep_onsets(&set, &mut flags);
+            assert_eq!(flags.iter().flatten().flatten().filter(|flag| **flag).count(), left);
+        }
+    }
 }

@@ -349,3 +349,17 @@ fn shapes(parameters: &[Parameter]) -> Vec<Vec<f64>> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_target_has_its_unit() {
+        for (name, unit) in
+            [("strength", ""), ("stiffness", ""), ("depth", "mm"), ("reading_normal", "N"), ("reading_y", "N")]
+        {
+            assert_eq!(Some(Target::of(name).unwrap().unit()), Unit::parse(unit).ok(), "{name}");
+        }
+    }
+}

@@ -21,3 +21,13 @@ impl ResidualSums {
         std::array::from_fn(|k| (self.sum[k] / self.rows[k].max(1.0)).sqrt())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn each_channel_has_its_own_root_mean_square() {
+        let mut sums = super::ResidualSums::default();
+        sums.add([3.0, 1.0, f64::NAN, -4.0, 1.0, f64::NAN].into_iter());
+        assert_eq!(sums.rms(), [12.5f64.sqrt(), 1.0, 0.0]);
+    }
+}

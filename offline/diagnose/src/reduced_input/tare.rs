@@ -512,4 +512,16 @@ mod tests {
         }
         assert!(inside >= 3, "{inside} of 4");
     }
+
+    #[test]
+    fn the_distance_from_a_ring_is_that_of_its_rows() {
+        let mut p = Vector::zeros();
+        (p[0], p[1]) = (0.1, -0.2);
+        let row = |x: f64, y: f64| TraceRow { t_s: 0.0, force_n: [1.0, x, y] };
+        let wanted = ring(&p, &row(1.0, 0.0).force_n).1;
+        let at = |off: f64, angle: f64| row(0.1 + (wanted + off) * angle.cos(), -0.2 + (wanted + off) * angle.sin());
+        let trace = [at(0.03, 0.0), at(-0.04, 0.0), at(9.0, 0.0)];
+        let found = rms_distance_n(&trace, &[0, 1], &p);
+        assert!((found - (0.5f64 * 0.0025).sqrt()).abs() < 1e-9, "{found} {wanted}");
+    }
 }

@@ -244,3 +244,25 @@ impl SignFlips {
         share(&self.information, Normaliser::Information).min(share(&self.empirical, Normaliser::Empirical))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The flip that changes no sign gives the statistics themselves, and one that changes all of them does too.
+    #[test]
+    fn a_flip_of_all_signs_changes_no_statistic() {
+        let inverse = DMatrix::from_row_slice(2, 2, &[2.0, -0.3, -0.3, 0.7]);
+        let score = Score::new(vec![0.5, -1.0, 2.0, 0.1, -0.3, 0.8], vec![0.0; 2], inverse);
+        let signs = |first: f64| [f64x8::from([first; 8]), f64x8::from([first; 8]), f64x8::from([first; 8])];
+        let by = [Normaliser::Information, Normaliser::Empirical].map(|by| score.statistic(by));
+        for sign in [1.0, -1.0] {
+            for (flipped, whole) in score.flipped(&signs(sign)).into_iter().zip(by) {
+                assert!(flipped.to_array().iter().all(|q| (q - whole).abs() < 1e-12 * whole), "{flipped:?} {whole}");
+            }
+        }
+        let mut one = signs(1.0);
+        one[1] = -one[1];
+        assert!((score.flipped(&one)[0].to_array()[0] - by[0]).abs() > 1e-3);
+    }
+}

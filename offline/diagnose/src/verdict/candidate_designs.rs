@@ -326,6 +326,23 @@ mod tests {
         assert!(runs.iter().all(|r| r.rest_before_s >= Some(STATE_REST_S)));
         assert!(minutes(&runs) > 15.0);
     }
+
+    /// In every design a factor stays within its range, and where all are varied each reaches both of its ends.
+    #[test]
+    fn factors_stay_within_their_ranges() {
+        let set = RunSet::from_rows(std::path::PathBuf::new(), Vec::new()).unwrap();
+        let designs = candidate_designs(&set, [0.4, 1.2], &[]);
+        let factors: [(fn(&PlannedRun) -> Option<f64>, [f64; 2]); 3] =
+            [(|run| run.depth_mm, [0.4, 1.2]), (|run| run.speed_mm_s, [0.5, 20.0]), (|run| run.dwell_s, [0.3, 30.0])];
+        for (name, plan) in &designs {
+            for (value, [low, high]) in factors {
+                let values: Vec<f64> = plan.iter().filter_map(value).collect();
+                assert!(values.iter().all(|v| (low..=high).contains(v)), "{name}: {values:?}");
+                assert!(*name != "all" || (values.contains(&low) && values.contains(&high)), "{values:?}");
+            }
+        }
+    }
+
     #[test]
     fn columns_of_the_users_own_are_varied_where_they_may_be_and_have_their_time_to_settle() {
         let column = |name: &str, range, settle_s| OwnColumn {

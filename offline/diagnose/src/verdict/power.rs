@@ -342,3 +342,26 @@ fn scaled(active: &ActiveLaw, factor: f64) -> ActiveLaw {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scaled_law_has_a_multiple_of_its_strength_within_its_bounds() {
+        let law = fingerpad::effects::find("speed_log").unwrap();
+        let of = |first: f64| {
+            let mut active = start_of(law, law.shapes[0]);
+            active.values[0] = first;
+            active
+        };
+        let (parameter, shape) = (&law.parameters[0], of(1.0).values[law.linear..].to_vec());
+        for (first, factor, want) in
+            [(0.05, 3.0, 0.15), (0.05, 0.0, 0.0), (0.1, 1e9, parameter.high), (0.1, -1e9, parameter.low)]
+        {
+            let scaled = scaled(&of(first), factor);
+            assert!((scaled.values[0] - want).abs() < 1e-12, "{first} {factor}: {:?}", scaled.values);
+            assert_eq!(scaled.values[scaled.law.linear..], shape);
+        }
+    }
+}
