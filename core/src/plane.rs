@@ -8,7 +8,7 @@ use crate::build::DataOf;
 use crate::data::Spring;
 use crate::math::{Scalar, add};
 use crate::step::rare;
-use crate::stick_ratio::SlipHistory;
+use crate::stick_ratio::Remembers;
 use crate::{ForceStateOf, ModelOf, Motion, Status};
 
 /// Longest slide in one step, mm of the fitted finger, and largest angle, rad: beyond full slip of every spring, so that a cut loses nothing.
@@ -22,7 +22,7 @@ const SPIN_MAX_RAD: f32 = 8.0;
 pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar>(
     model: &ModelOf<'_, M, N, T>,
     state: &mut ForceStateOf<M, P, T>,
-    history: Option<&mut SlipHistory<T>>,
+    history: &mut impl Remembers<T>,
     motion: Motion<T>,
     press_slide: T,
     status: &mut Status,
@@ -46,9 +46,7 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     (state.position, state.angle) = (place.position, place.angle);
     if far {
         let origin = move_origin(state, press_slide, model.data);
-        if let Some(history) = history {
-            history.move_origin(origin);
-        }
+        history.move_origin(origin);
     }
 }
 

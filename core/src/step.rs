@@ -7,7 +7,7 @@ use crate::math::Scalar;
 use crate::plane::{move_plane, spring_positions, touch};
 use crate::spring::DIV_EPS;
 use crate::springs::{Load, check_sum, step_springs};
-use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, REVERSAL_DEADBAND_MM, SlipHistory, SlipPath, regime_of};
+use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, REVERSAL_DEADBAND_MM, Remembers, SlipPath, regime_of};
 use crate::table::Row;
 use crate::{ForceResponse, ForceStateOf, ModelOf, Motion, Response, StateOf, Status};
 
@@ -49,7 +49,7 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar>(
     state: &mut StateOf<M, P, T>,
     motion: Motion<T>,
 ) -> Response<T> {
-    advance(model, &mut state.forces, Some(&mut state.history), motion)
+    advance(model, &mut state.forces, &mut state.history, motion)
 }
 
 impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
@@ -60,19 +60,19 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         state: &mut ForceStateOf<M, P, T>,
         motion: Motion<T>,
     ) -> ForceResponse<T> {
-        advance(self, state, None, motion).into()
+        advance(self, state, &mut (), motion).into()
     }
 }
 
-/// One step. Without a history the stick ratio of the response, its regime and its bands mean nothing.
+/// One step. The stick ratio, the regime and the bands of the response are those of the history.
 #[inline(always)]
 fn advance<const M: usize, const N: usize, const P: usize, T: Scalar>(
     model: &ModelOf<'_, M, N, T>,
     state: &mut ForceStateOf<M, P, T>,
-    mut history: Option<&mut SlipHistory<T>>,
+    history: &mut impl Remembers<T>,
     motion: Motion<T>,
 ) -> Response<T> {
-    let input = match begin(model, state, history.as_deref_mut(), motion) {
+    let input = match begin(model, state, history, motion) {
         Ok(input) => input,
         Err(status) => return no_contact(state, history, status),
     };
@@ -98,7 +98,7 @@ struct StepInput<'a, const M: usize, T> {
 fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
     model: &ModelOf<'a, M, N, T>,
     state: &mut ForceStateOf<M, P, T>,
-    mut history: Option<&mut SlipHistory<T>>,
+    history: &mut impl Remembers<T>,
     motion: Motion<T>,
 ) -> Result<StepInput<'a, M, T>, Status> {
     let (data, units) = (model.data, &model.units);
@@ -119,20 +119,15 @@ fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
     }
     let (at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
     let fresh = !state.in_contact();
-    move_plane(model, state, history.as_deref_mut(), motion, press_slide, &mut status);
+    move_plane(model, state, history, motion, press_slide, &mut status);
     state.depth = at.depth;
     let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
     let here = [slid[0] + press_slide, slid[1], slid[2]];
     if fresh {
         touch(state, here, data);
-        if let Some(history) = history.as_deref_mut() {
-            history.start(slid);
-        }
+        history.start(slid);
     }
-    let Some(history) = history else {
-        return Ok(StepInput { at, here, slip_path: SlipPath([T::of(0.0); 3]), status });
-    };
-    let contact = ContactPoint {
+    let contact = || ContactPoint {
         here: slid,
         limit: at.limit,
         growth_deadband_n: T::of(GROWTH_DEADBAND_MM) * units.per_length * at.limit_slope(data.cells_per_mm),
@@ -140,7 +135,7 @@ fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
         stiffness: at.stiffness[0],
         gyration_mm: data.gyration,
     };
-    let slip_path = history.follow::<P>(&contact, || {
+    let slip_path = history.path::<P>(contact, || {
         let to = spring_positions::<P, T>(here, &data.springs[0])[0];
         let [x, y] = state.anchor[0][0];
         [to[0] - x, to[1] - y]
@@ -228,7 +223,7 @@ fn in_the_air<T: Scalar>(motion: Motion<T>) -> Status {
 #[inline(always)]
 fn no_contact<const M: usize, const P: usize, T: Scalar>(
     state: &mut ForceStateOf<M, P, T>,
-    history: Option<&mut SlipHistory<T>>,
+    history: &mut impl Remembers<T>,
     status: Status,
 ) -> Response<T> {
     reset(state, history);
@@ -239,12 +234,10 @@ fn no_contact<const M: usize, const P: usize, T: Scalar>(
 #[inline(never)]
 fn reset<const M: usize, const P: usize, T: Scalar>(
     state: &mut ForceStateOf<M, P, T>,
-    history: Option<&mut SlipHistory<T>>,
+    history: &mut impl Remembers<T>,
 ) {
     let factor = state.strength_factor;
     *state = ForceStateOf::default();
     state.set_strength_factor(factor);
-    if let Some(history) = history {
-        *history = SlipHistory::default();
-    }
+    history.reset();
 }

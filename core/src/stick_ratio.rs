@@ -59,6 +59,67 @@ pub(crate) struct SlipHistory<T> {
     pub(crate) limit_before: T,
 }
 
+/// What a step remembers of the slip of a contact: a [`SlipHistory`], or nothing where no stick ratio is asked for.
+pub(crate) trait Remembers<T> {
+    /// Starts at a position, with a contact that is new.
+    fn start(&mut self, here: [T; 3]);
+    /// Moves the origin of all positions to `origin`.
+    fn move_origin(&mut self, origin: [T; 3]);
+    /// The path since the last reversal, before the springs move.
+    ///
+    /// * `stretch`: displacement, mm, of the spring that touches first and slips last, as the direction of friction
+    fn path<const P: usize>(
+        &mut self,
+        contact: impl FnOnce() -> ContactPoint<T>,
+        stretch: impl Fn() -> [T; 2],
+    ) -> SlipPath<T>;
+    /// Forgets all.
+    fn reset(&mut self);
+}
+
+impl<T: Scalar> Remembers<T> for SlipHistory<T> {
+    #[inline(always)]
+    fn start(&mut self, here: [T; 3]) {
+        self.turn = here;
+        self.reached = here;
+    }
+
+    #[inline(always)]
+    fn move_origin(&mut self, origin: [T; 3]) {
+        for place in [&mut self.turn, &mut self.reached, &mut self.turn_before] {
+            *place = less::<2, T>(*place, origin);
+        }
+    }
+
+    #[inline(always)]
+    fn path<const P: usize>(
+        &mut self,
+        contact: impl FnOnce() -> ContactPoint<T>,
+        stretch: impl Fn() -> [T; 2],
+    ) -> SlipPath<T> {
+        self.follow::<P>(&contact(), stretch)
+    }
+
+    fn reset(&mut self) {
+        *self = Self::default();
+    }
+}
+
+impl<T: Scalar> Remembers<T> for () {
+    #[inline(always)]
+    fn start(&mut self, _: [T; 3]) {}
+
+    #[inline(always)]
+    fn move_origin(&mut self, _: [T; 3]) {}
+
+    #[inline(always)]
+    fn path<const P: usize>(&mut self, _: impl FnOnce() -> ContactPoint<T>, _: impl Fn() -> [T; 2]) -> SlipPath<T> {
+        SlipPath([T::of(0.0); 3])
+    }
+
+    fn reset(&mut self) {}
+}
+
 /// Path since the last reversal: slide along x and y, mm, and angle, rad.
 pub(crate) struct SlipPath<T>(pub(crate) [T; 3]);
 
@@ -107,30 +168,9 @@ fn less<const P: usize, T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 }
 
 impl<T: Scalar> SlipHistory<T> {
-    /// Starts at a position, with a contact that is new.
+    /// Updates the path by the motion; see [`Remembers::path`].
     #[inline(always)]
-    pub(crate) fn start(&mut self, here: [T; 3]) {
-        self.turn = here;
-        self.reached = here;
-    }
-
-    /// Moves the origin of all positions to `origin`.
-    #[inline(always)]
-    pub(crate) fn move_origin(&mut self, origin: [T; 3]) {
-        for place in [&mut self.turn, &mut self.reached, &mut self.turn_before] {
-            *place = less::<2, T>(*place, origin);
-        }
-    }
-
-    /// Updates the path by the motion, before the springs move.
-    ///
-    /// * `stretch`: displacement, mm, of the spring that touches first and slips last, as the direction of friction
-    #[inline(always)]
-    pub(crate) fn follow<const P: usize>(
-        &mut self,
-        contact: &ContactPoint<T>,
-        stretch: impl Fn() -> [T; 2],
-    ) -> SlipPath<T> {
+    fn follow<const P: usize>(&mut self, contact: &ContactPoint<T>, stretch: impl Fn() -> [T; 2]) -> SlipPath<T> {
         let &ContactPoint { here, limit, reversal_deadband_mm: noticed, .. } = contact;
         let nothing = T::of(0.0);
         let moved = less::<P, T>(here, self.reached);
