@@ -2,7 +2,7 @@
 //!
 //! Every function of `f32` gives the same bits on host and target.
 
-use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
 /// Square root of a number that is not negative, correctly rounded.
 ///
@@ -50,20 +50,7 @@ pub(crate) mod sealed {
 ///
 /// Both have the same source, so that the twin always computes the same as the target.
 pub trait Scalar:
-    sealed::Sealed
-    + Copy
-    + core::fmt::Debug
-    + Default
-    + PartialEq
-    + PartialOrd
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
-    + SubAssign
-    + MulAssign
+    sealed::Sealed + Copy + core::fmt::Debug + Default + PartialOrd + nalgebra::Scalar + nalgebra::Field
 {
     /// A constant; exact.
     fn of(constant: f32) -> Self;
@@ -84,7 +71,7 @@ pub trait Scalar:
     /// A number that is not negative to a power; for set-up.
     fn power(self, exponent: Self) -> Self;
     /// `yes` or `no`, without a branch where the machine can.
-    fn select(condition: bool, yes: Self, no: Self) -> Self;
+    fn choose(condition: bool, yes: Self, no: Self) -> Self;
 
     /// The smaller of two numbers.
     #[inline(always)]
@@ -223,7 +210,7 @@ impl Scalar for f32 {
         pow(self, exponent)
     }
     #[inline(always)]
-    fn select(condition: bool, yes: Self, no: Self) -> Self {
+    fn choose(condition: bool, yes: Self, no: Self) -> Self {
         core::hint::select_unpredictable(condition, yes, no)
     }
 }
@@ -257,7 +244,7 @@ impl Scalar for f64 {
     fn power(self, exponent: Self) -> Self {
         libm::pow(self, exponent)
     }
-    fn select(condition: bool, yes: Self, no: Self) -> Self {
+    fn choose(condition: bool, yes: Self, no: Self) -> Self {
         if condition { yes } else { no }
     }
 }

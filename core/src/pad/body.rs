@@ -7,7 +7,7 @@ use crate::error::Field;
 use crate::math::{Elementary, Scalar};
 use crate::tuning::Units;
 
-use super::vector::{Vec3, cross, plus, times};
+use nalgebra::Vector3;
 
 /// The surface of a rigid body.
 ///
@@ -15,7 +15,7 @@ use super::vector::{Vec3, cross, plus, times};
 /// an inexact gradient yields work.
 pub trait Surface<T> {
     /// Distance of a place below the surface, mm (negative outside), and its gradient: a unit vector into the body.
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]);
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>);
     /// Height of the surface over a place of the tangent plane at the apex, mm.
     fn height(&self, place: [T; 2]) -> T;
     /// Whether the surface is a plane, so that its origin may be moved along it.
@@ -54,8 +54,8 @@ pub struct Plane;
 
 impl<T: Scalar> Surface<T> for Plane {
     #[inline(always)]
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
-        (-place[2], [T::of(0.0), T::of(0.0), T::of(-1.0)])
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>) {
+        (-place.z, Vector3::new(T::of(0.0), T::of(0.0), T::of(-1.0)))
     }
     #[inline(always)]
     fn height(&self, _: [T; 2]) -> T {
@@ -97,14 +97,14 @@ impl<T: Scalar> Sphere<T> {
 }
 
 impl<T: Scalar> Surface<T> for Sphere<T> {
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
-        let [x, y, z] = *place;
-        let arm = [x, y, z + self.radius_mm];
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>) {
+        let [x, y, z] = (*place).into();
+        let arm = Vector3::new(x, y, z + self.radius_mm);
         let distance = length([x, y], z + self.radius_mm);
         let (side, radius) = (side(self.radius_mm), self.radius_mm.magnitude());
         let over = x * x + y * y + z * (z + T::of(2.0) * self.radius_mm);
         let inward = -side / distance;
-        (-side * over / (distance + radius), arm.map(|a| a * inward))
+        (-side * over / (distance + radius), arm * inward)
     }
     fn height(&self, [x, y]: [T; 2]) -> T {
         arc(self.radius_mm, x * x + y * y)
@@ -135,7 +135,7 @@ impl<T: Elementary> Cylinder<T> {
 }
 
 impl<T: Scalar> Surface<T> for Cylinder<T> {
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>) {
         let [cos, sin] = self.axis;
         let (u, z) = (cos * place[1] - sin * place[0], place[2]);
         let distance = length([u, T::of(0.0)], z + self.radius_mm);
@@ -143,7 +143,8 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
         let over = u * u + z * (z + T::of(2.0) * self.radius_mm);
         let inward = -side / distance;
         let across = u * inward;
-        (-side * over / (distance + radius), [-sin * across, cos * across, (z + self.radius_mm) * inward])
+        let slope = Vector3::new(-sin * across, cos * across, (z + self.radius_mm) * inward);
+        (-side * over / (distance + radius), slope)
     }
     fn height(&self, [x, y]: [T; 2]) -> T {
         let u = self.axis[0] * y - self.axis[1] * x;
@@ -202,7 +203,7 @@ pub enum Body<T = f32> {
 }
 
 impl<T: Scalar> Surface<T> for Body<T> {
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>) {
         match self {
             Self::Plane => Plane.overlap(place),
             Self::Sphere(body) => body.overlap(place),
@@ -232,7 +233,7 @@ impl<T: Scalar> Surface<T> for Body<T> {
 }
 
 impl<T: Scalar> Surface<T> for Edge<T> {
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>) {
         let [cos, sin] = self.axis;
         let [face_cos, face_sin] = self.face;
         let (u, up) = (cos * place[1] - sin * place[0], place[2] + self.radius_mm);
@@ -248,7 +249,7 @@ impl<T: Scalar> Surface<T> for Edge<T> {
             let to_side = if u < T::of(0.0) { -face_sin } else { face_sin };
             (self.radius_mm - far * face_sin - up * face_cos, [to_side, face_cos])
         };
-        (overlap, [sin * out[0], -cos * out[0], -out[1]])
+        (overlap, Vector3::new(sin * out[0], -cos * out[0], -out[1]))
     }
     fn height(&self, [x, y]: [T; 2]) -> T {
         let u = (self.axis[0] * y - self.axis[1] * x).magnitude();
@@ -281,56 +282,56 @@ fn arc<T: Scalar>(radius: T, square: T) -> T {
 }
 
 /// Quadrature points of a patch on a curved body, relative to its middle: these three and their negatives, body's axes, mm.
-pub(crate) type Sides<T> = [Vec3<T>; 3];
+pub(crate) type Sides<T> = [Vector3<T>; 3];
 
 /// Variation of the overlap within a patch.
 #[derive(Clone, Copy)]
 pub(crate) struct Spread<T> {
     /// Mean moment of the gradients of the overlap about the middle of the patch, mm.
-    pub moment: Vec3<T>,
+    pub moment: Vector3<T>,
     /// Variance of the overlap, mm².
     pub variance: T,
     /// Gradient of half the variance, mm.
-    pub variance_slope: Vec3<T>,
+    pub variance_slope: Vector3<T>,
     /// Derivative of half the variance over a rotation about the middle, mm².
-    pub variance_moment: Vec3<T>,
+    pub variance_moment: Vector3<T>,
 }
 
 /// Mean overlap of a patch at a place, mm, and its gradient.
 ///
 /// On a plane this is the overlap of the middle. On a curved body it is the mean over the quadrature points.
 #[inline(always)]
-pub(crate) fn mean<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> (T, Vec3<T>) {
+pub(crate) fn mean<T: Scalar>(body: &impl Surface<T>, place: &Vector3<T>, sides: &Sides<T>) -> (T, Vector3<T>) {
     if body.is_plane() {
         return body.overlap(place);
     }
     let sixth = T::of(1.0 / 6.0);
-    let (mut overlap, mut slope) = (T::of(0.0), [T::of(0.0); 3]);
+    let (mut overlap, mut slope) = (T::of(0.0), Vector3::zeros());
     for side in sides {
         for sign in [T::of(1.0), T::of(-1.0)] {
-            let (o, s) = body.overlap(&plus(place, &times(side, sign)));
+            let (o, s) = body.overlap(&(place + *side * sign));
             overlap += o * sixth;
-            slope = plus(&slope, &times(&s, sixth));
+            slope += s * sixth;
         }
     }
     (overlap, slope)
 }
 
 /// Variation of the overlap within a patch at a place.
-pub(crate) fn spread<T: Scalar>(body: &impl Surface<T>, place: &Vec3<T>, sides: &Sides<T>) -> Spread<T> {
+pub(crate) fn spread<T: Scalar>(body: &impl Surface<T>, place: &Vector3<T>, sides: &Sides<T>) -> Spread<T> {
     let sixth = T::of(1.0 / 6.0);
     let (overlap, _) = mean(body, place, sides);
-    let zero = [T::of(0.0); 3];
+    let zero = Vector3::zeros();
     let mut out = Spread { moment: zero, variance: T::of(0.0), variance_slope: zero, variance_moment: zero };
     for side in sides {
         for sign in [T::of(1.0), T::of(-1.0)] {
-            let arm = times(side, sign);
-            let (o, s) = body.overlap(&plus(place, &arm));
+            let arm = *side * sign;
+            let (o, s) = body.overlap(&(place + arm));
             let off = o - overlap;
             out.variance += off * off * sixth;
-            out.moment = plus(&out.moment, &times(&cross(&arm, &s), sixth));
-            out.variance_slope = plus(&out.variance_slope, &times(&s, off * sixth));
-            out.variance_moment = plus(&out.variance_moment, &times(&cross(&arm, &s), off * sixth));
+            out.moment += arm.cross(&s) * sixth;
+            out.variance_slope += s * (off * sixth);
+            out.variance_moment += arm.cross(&s) * (off * sixth);
         }
     }
     out
@@ -353,8 +354,8 @@ pub(crate) fn steepness<T: Scalar>(body: &impl Surface<T>) -> T {
 
 /// The point of the surface over a place of the tangent plane, mm.
 #[inline(always)]
-pub(crate) fn point<T: Scalar>(body: &impl Surface<T>, place: [T; 2]) -> Vec3<T> {
-    [place[0], place[1], body.height(place)]
+pub(crate) fn point<T: Scalar>(body: &impl Surface<T>, place: [T; 2]) -> Vector3<T> {
+    Vector3::new(place[0], place[1], body.height(place))
 }
 
 /// A body in the units of the fitted finger, for a tuned pad.
@@ -372,8 +373,8 @@ impl<'a, B, T: Scalar> InUnits<'a, B, T> {
 
 impl<T: Elementary, B: Surface<T>> Surface<T> for InUnits<'_, B, T> {
     #[inline(always)]
-    fn overlap(&self, place: &[T; 3]) -> (T, [T; 3]) {
-        let (overlap, slope) = self.body.overlap(&place.map(|x| x * self.length));
+    fn overlap(&self, place: &Vector3<T>) -> (T, Vector3<T>) {
+        let (overlap, slope) = self.body.overlap(&(*place * self.length));
         (overlap * self.per_length, slope)
     }
     fn height(&self, place: [T; 2]) -> T {
@@ -403,27 +404,27 @@ mod tests {
     fn the_gradient_is_that_of_the_overlap_and_the_surface_has_none() {
         for (name, body) in bodies() {
             for place in [[0.3, -0.2, 0.1], [1.5, 0.7, -0.4], [-2.0, 1.0, -1.5], [0.0, 0.0, -0.1]] {
-                let (_, gradient) = body.overlap(&place);
+                let (_, gradient) = body.overlap(&place.into());
                 let norm: f64 = gradient.iter().map(|g| g * g).sum();
                 assert!((norm - 1.0).abs() < 1e-12, "{name}: {norm}");
                 for k in 0..3 {
                     let moved = |by: f64| {
                         let mut at = place;
                         at[k] += by;
-                        body.overlap(&at).0
+                        body.overlap(&at.into()).0
                     };
                     let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
                     assert!((slope - gradient[k]).abs() < 1e-7, "{name} {place:?}: {slope} {}", gradient[k]);
                 }
                 let on = [place[0], place[1], body.height([place[0], place[1]])];
-                assert!(body.overlap(&on).0.abs() < 1e-12, "{name} {on:?}");
+                assert!(body.overlap(&on.into()).0.abs() < 1e-12, "{name} {on:?}");
             }
         }
     }
 
     #[test]
     fn a_huge_sphere_is_a_plane_in_single_precision() {
-        let (overlap, _) = Sphere::new(1e6_f32).unwrap().overlap(&[1.0, 2.0, -0.123]);
+        let (overlap, _) = Sphere::new(1e6_f32).unwrap().overlap(&Vector3::new(1.0, 2.0, -0.123));
         assert!((overlap - 0.123).abs() < 1e-5, "{overlap}");
     }
 }

@@ -9,7 +9,7 @@ use crate::tuning::Units;
 use crate::{Error, Tuning};
 
 use super::body::{LeastRadii, Surface};
-use super::vector::{Bulk, Packed, Vec3, along};
+use super::vector::{Bulk, Packed, along};
 use super::{FIRST_TOUCH_TERMS, MODES};
 
 /// One patch of skin.
@@ -17,7 +17,7 @@ use super::{FIRST_TOUCH_TERMS, MODES};
 #[repr(C)]
 pub struct Patch<T = f32> {
     /// Position of its middle in the undeformed finger, mm.
-    pub middle_mm: Vec3<T>,
+    pub middle_mm: [T; 3],
     /// Its area, mm².
     pub area_mm2: T,
     /// Cholesky factor L of the second moment L L' of its points about the middle, per area, mm: the lower triangle, row by row.
@@ -44,7 +44,7 @@ pub struct Numbers<T = f32> {
     /// Upper bound of [`Patch::reach`] over all patches, mm/sqrt(mJ).
     pub reach: T,
     /// Centre of the rotation of `rigid`, mm.
-    pub middle_mm: Vec3<T>,
+    pub middle_mm: [T; 3],
     /// Height of the plane at first touch, mm: coefficients of [`super::first_touch_terms`].
     pub first_touch_mm: [T; FIRST_TOUCH_TERMS],
     /// Pitch at which the axes of the finger are parallel to those of the plane, degrees.

@@ -3,16 +3,14 @@
 //! Main type: [`Equations`]. Uses patch and vector.
 
 use heapless::Vec;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::math::{Elementary, Scalar};
 
 use super::body::{Surface, mean, point};
 use super::patch::Compressed;
 use super::touch::Approach;
-use super::vector::{
-    Bulk, Mat3, Packed, Rounded, Vec3, add_diagonal, add_square, along, cross, dot, factor, minus, plus, rotated,
-    rotated_back, solve, symmetric, times, zeros,
-};
+use super::vector::{Bulk, Packed, Rounded, add_diagonal, add_square, along, factor, solve, symmetric, zeros};
 use super::{Law, MODES, Numbers, PadState, Patch};
 
 /// Largest number of halvings in the line search of an iteration.
@@ -35,13 +33,13 @@ const FACTOR_COST: u16 = 4;
 /// Transformation from the finger's frame to that of the body.
 pub(crate) struct Frame<T> {
     /// Rotation.
-    pub axes: Mat3<T>,
+    pub axes: Matrix3<T>,
     /// Rotation of displacements, times the softness of the bulk.
-    pub soft: Mat3<T>,
+    pub soft: Matrix3<T>,
     /// The body's apex relative to the pivot, body's axes, mm.
-    pub apex: Vec3<T>,
+    pub apex: Vector3<T>,
     /// Centre of rotation of poses, finger's frame, mm.
-    pub pivot: Vec3<T>,
+    pub pivot: Vector3<T>,
     /// The part of the apex's place that only holds near first touch.
     pub approach: Approach<T>,
 }
@@ -59,11 +57,11 @@ pub(crate) struct ActivePatch<'a, T> {
 pub(crate) struct PlacedPatch<T> {
     pub compressed: Compressed<T>,
     /// Place of the undeformed patch, body's frame, mm.
-    pub place: Vec3<T>,
+    pub place: Vector3<T>,
     /// Anchor, body's frame, mm.
-    pub anchor: Vec3<T>,
+    pub anchor: Vector3<T>,
     /// Direction into the body at the anchor.
-    pub inward: Vec3<T>,
+    pub inward: Vector3<T>,
 }
 
 /// The contact of a patch at given coordinates of the bulk.
@@ -71,11 +69,11 @@ pub(crate) struct PatchContact<T> {
     /// Whether it touches. If not, only place and overlap are valid.
     pub touches: bool,
     /// Place of the middle, body's frame, mm.
-    pub place: Vec3<T>,
+    pub place: Vector3<T>,
     /// Mean overlap, mm.
     pub overlap: T,
     /// Gradient of the overlap: the direction into the body, on a curved body the mean over the patch.
-    pub inward: Vec3<T>,
+    pub inward: Vector3<T>,
     /// Normal force, N, and its derivative over the overlap, N/mm.
     pub force: T,
     pub slope: T,
@@ -84,14 +82,14 @@ pub(crate) struct PatchContact<T> {
     /// See [`super::patch::PatchForce::below`].
     pub below: T,
     /// Vector from the skin to the anchor along the surface, mm, and its length.
-    pub stretch: Vec3<T>,
+    pub stretch: Vector3<T>,
     pub length: T,
     /// Length of the stretch at which friction reaches the strength, mm.
     pub bound: T,
     /// Friction over stretch, N/mm.
     pub grip: T,
     /// Generalised force on the skin in the finger's frame: the force on it times the transpose of [`Frame::soft`], N.
-    pub pull: Vec3<T>,
+    pub pull: Vector3<T>,
 }
 
 impl<T: Scalar> PatchContact<T> {
@@ -99,18 +97,18 @@ impl<T: Scalar> PatchContact<T> {
         let zero = T::of(0.0);
         Self {
             touches: false,
-            place: zeros(),
+            place: Vector3::zeros(),
             overlap: zero,
-            inward: zeros(),
+            inward: Vector3::zeros(),
             force: zero,
             slope: zero,
             strength: zero,
             below: zero,
-            stretch: zeros(),
+            stretch: Vector3::zeros(),
             length: zero,
             bound: zero,
             grip: zero,
-            pull: zeros(),
+            pull: Vector3::zeros(),
         }
     }
 }
@@ -135,18 +133,18 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         let numbers = self.numbers;
         let law = self.law();
         let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
-        let turn = [motion[3], motion[4], motion[5]];
+        let turn = Vector3::new(motion[3], motion[4], motion[5]);
         let lift = common_lift(law, &motion);
         let half_turn = T::of(0.5) * law.turn;
         let double_cross = double_cross(&turn, half_turn);
         // Total force on the skin, finger's axes, and the sum over the patches of the outer products of arm and force.
-        let mut total = zeros::<T, 3>();
-        let mut products: Mat3<T> = [zeros(); 3];
+        let mut total = Vector3::zeros();
+        let mut products = Matrix3::zeros();
         for ActivePatch { patch, placed, contact, .. } in active.iter_mut() {
-            let linear = patch.modes.each_ref().map(|row| along(row, bulk));
-            let arm = minus(&patch.middle_mm, &numbers.middle_mm);
-            let second = plus(&lift, &rotated(&double_cross, &arm));
-            contact.place = plus(&placed.place, &rotated(&self.frame.soft, &plus(&linear, &second)));
+            let linear = Vector3::from(patch.modes.each_ref().map(|row| along(row, bulk)));
+            let arm = Vector3::from(patch.middle_mm) - Vector3::from(numbers.middle_mm);
+            let second = lift + double_cross * arm;
+            contact.place = placed.place + self.frame.soft * (linear + second);
             let (overlap, inward) = if self.body.is_plane() {
                 self.body.overlap(&contact.place)
             } else {
@@ -163,13 +161,13 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             contact.slope = load.slope;
             contact.strength = load.strength * self.strength_factor;
             contact.below = load.below;
-            let across = minus(&placed.anchor, &contact.place);
+            let across = placed.anchor - contact.place;
             contact.stretch = if self.body.is_plane() {
-                [across[0], across[1], T::of(0.0)]
+                Vector3::new(across.x, across.y, T::of(0.0))
             } else {
-                minus(&across, &times(&placed.inward, dot(&across, &placed.inward)))
+                across - placed.inward * across.dot(&placed.inward)
             };
-            contact.length = (dot(&contact.stretch, &contact.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
+            contact.length = (contact.stretch.dot(&contact.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];
             contact.bound = contact.strength * compliance;
             contact.grip = if contact.length > contact.bound {
@@ -177,13 +175,11 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             } else {
                 T::of(1.0) / compliance
             };
-            let force = minus(&times(&contact.stretch, contact.grip), &times(&inward, load.force));
-            let force = rotated_back(&self.frame.soft, &force);
+            let force = contact.stretch * contact.grip - inward * load.force;
+            let force = self.frame.soft.tr_mul(&force);
             contact.pull = force;
-            total = plus(&total, &force);
-            for (row, arm) in products.iter_mut().zip(&arm) {
-                *row = plus(row, &times(&force, *arm));
-            }
+            total += force;
+            products += arm * force.transpose();
         }
         let mut gradient = *bulk;
         for ActivePatch { patch, contact, .. } in active.iter().filter(|patch| patch.contact.touches) {
@@ -194,18 +190,18 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             }
         }
         // Derivative of F . (r x (r x a)) over r: a (r.F) + (r.a) F − 2 r (a.F).
-        let trace = products[0][0] + products[1][1] + products[2][2];
-        let by_turn = plus(&rotated(&products, &turn), &rotated_back(&products, &turn));
-        let by_turn = minus(&by_turn, &times(&turn, T::of(2.0) * trace));
+        let trace = products.trace();
+        let by_turn = products * turn + products.tr_mul(&turn);
+        let by_turn = by_turn - turn * (T::of(2.0) * trace);
         let slopes = lift_slopes(law, &motion);
         let mut on_motion: [T; 6] = zeros();
-        for (slope, force) in slopes.iter().zip([total[2], total[0]]) {
+        for (slope, force) in slopes.iter().zip([total.z, total.x]) {
             for (on, slope) in on_motion.iter_mut().zip(slope) {
                 *on += *slope * force;
             }
         }
-        for (on, turn) in on_motion[3..].iter_mut().zip(by_turn) {
-            *on += turn * half_turn;
+        for (on, turn) in on_motion[3..].iter_mut().zip(&by_turn) {
+            *on += *turn * half_turn;
         }
         for (row, on) in numbers.rigid.iter().zip(on_motion) {
             for (gradient, share) in gradient.iter_mut().zip(row) {
@@ -245,21 +241,21 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             // Displacement in the body's frame per coordinate of the bulk.
             let mut modes: [Bulk<T>; 3] = [zeros(); 3];
             for k in 0..MODES {
-                let moved = [patch.modes[0][k] + lifts[1][k], patch.modes[1][k], patch.modes[2][k] + lifts[0][k]];
-                let moved = rotated(soft, &moved);
-                for (row, moved) in modes.iter_mut().zip(moved) {
-                    row[k] = moved;
+                let [x, y, z] = patch.modes.each_ref().map(|row| row[k]);
+                let moved = soft * Vector3::new(x + lifts[1][k], y, z + lifts[0][k]);
+                for (row, moved) in modes.iter_mut().zip(&moved) {
+                    row[k] = *moved;
                 }
             }
-            let in_direction = |d: &Vec3<T>| -> Bulk<T> {
+            let in_direction = |d: &Vector3<T>| -> Bulk<T> {
                 core::array::from_fn(|k| modes[0][k] * d[0] + modes[1][k] * d[1] + modes[2][k] * d[2])
             };
             add_square(&mut stiffness, &in_direction(&contact.inward), contact.slope);
             // Two directions along the surface: that of the stretch, and the one perpendicular to it.
             let one = T::of(1.0) / contact.length;
             let (first, second) = if contact.length > T::of(1e-9) {
-                let first = times(&contact.stretch, one);
-                (first, cross(&placed.inward, &first))
+                let first = contact.stretch * one;
+                (first, placed.inward.cross(&first))
             } else {
                 tangents(&placed.inward)
             };
@@ -418,25 +414,25 @@ impl<T: Elementary> Acceleration<T> {
 }
 
 /// Two unit vectors that are perpendicular to `inward` and to each other.
-fn tangents<T: Elementary>(inward: &Vec3<T>) -> (Vec3<T>, Vec3<T>) {
+fn tangents<T: Elementary>(inward: &Vector3<T>) -> (Vector3<T>, Vector3<T>) {
     let zero = T::of(0.0);
     // Perpendicular to `inward` and to y. It is not short: on the upper side of a body `inward` is not along y.
-    let raw = [-inward[2], zero, inward[0]];
-    let length = (dot(&raw, &raw) + T::of(1e-12)).magnitude().sqrt();
-    let first = times(&raw, T::of(1.0) / length);
-    (first, cross(inward, &first))
+    let raw = Vector3::new(-inward.z, zero, inward.x);
+    let length = (raw.dot(&raw) + T::of(1e-12)).magnitude().sqrt();
+    let first = raw * (T::of(1.0) / length);
+    (first, inward.cross(&first))
 }
 
 /// The matrix that maps a to r x (r x a) times a factor, for a rotation vector r.
-fn double_cross<T: Elementary>(r: &Vec3<T>, factor: T) -> Mat3<T> {
-    let [x, y, z] = times(r, factor);
-    let [xx, yy, zz] = [x * r[0], y * r[1], z * r[2]];
-    let [xy, xz, yz] = [x * r[1], x * r[2], y * r[2]];
-    [[-(yy + zz), xy, xz], [xy, -(xx + zz), yz], [xz, yz, -(xx + yy)]]
+fn double_cross<T: Elementary>(r: &Vector3<T>, factor: T) -> Matrix3<T> {
+    let [x, y, z] = (r * factor).into();
+    let [xx, yy, zz] = [x * r.x, y * r.y, z * r.z];
+    let [xy, xz, yz] = [x * r.y, x * r.z, y * r.z];
+    Matrix3::new(-(yy + zz), xy, xz, xy, -(xx + zz), yz, xz, yz, -(xx + yy))
 }
 
 /// The components of a rigid motion that are symmetric about the plane y = 0, (t_x, t_z, r_y), and antisymmetric, (t_y, r_x, r_z).
-fn parts<T: Elementary>(m: &[T; 6]) -> [Vec3<T>; 2] {
+fn parts<T: Elementary>(m: &[T; 6]) -> [[T; 3]; 2] {
     [[m[0], m[2], m[4]], [m[1], m[3], m[5]]]
 }
 
@@ -448,7 +444,7 @@ fn numbers<T: Elementary>(lift: &[T; 12]) -> [[T; 6]; 2] {
 }
 
 /// The second-order displacement that is the same for all patches, mm; see [`Law::lift`].
-fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
+fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vector3<T> {
     let parts = parts(motion);
     let [z, x] = law.lift.each_ref().map(|lift| {
         let mut sum = T::of(0.0);
@@ -462,7 +458,7 @@ fn common_lift<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> Vec3<T> {
         }
         sum
     });
-    [x, T::of(0.0), z]
+    Vector3::new(x, T::of(0.0), z)
 }
 
 /// Derivatives of [`common_lift`] over the rigid motion, along z and along x.
@@ -470,7 +466,7 @@ fn lift_slopes<T: Elementary>(law: &Law<T>, motion: &[T; 6]) -> [[T; 6]; 2] {
     let parts = parts(motion);
     law.lift.each_ref().map(|lift| {
         let [even, odd] = numbers(lift);
-        let slope = |[a, b, c]: &Vec3<T>, n: &[T; 6]| -> Vec3<T> {
+        let slope = |[a, b, c]: &[T; 3], n: &[T; 6]| -> [T; 3] {
             let twice = |n: T, x: T| n * x + n * x;
             [
                 twice(n[0], *a) + n[3] * *b + n[4] * *c,
@@ -521,7 +517,7 @@ impl<T: Elementary> Stiffening<T> {
 
 /// The anchor of a patch on the body's surface, mm, from its place in the tangent plane; and the direction into the body there.
 #[inline(always)]
-pub(crate) fn anchor_at<T: Elementary>(body: &impl Surface<T>, anchor: [T; 2]) -> (Vec3<T>, Vec3<T>) {
+pub(crate) fn anchor_at<T: Elementary>(body: &impl Surface<T>, anchor: [T; 2]) -> (Vector3<T>, Vector3<T>) {
     let at = point(body, anchor);
     let (_, inward) = body.overlap(&at);
     (at, inward)

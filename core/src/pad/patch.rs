@@ -2,7 +2,8 @@
 
 use crate::math::Elementary;
 
-use super::vector::{Vec3, dot};
+use nalgebra::Vector3;
+
 use super::{Law, Patch};
 
 /// Law of the normal contact of a patch in one pose; it does not depend on the bulk.
@@ -130,11 +131,19 @@ const LEAST_SPREAD_MM2: f32 = 1e-8;
 
 /// L' d for the factor L of the second moment of a patch and a direction d, mm; and its length, the standard deviation along d.
 #[inline(always)]
-pub(crate) fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vec3<T>) -> (Vec3<T>, T) {
+pub(crate) fn spread_along<T: Elementary>(patch: &Patch<T>, direction: &Vector3<T>) -> (Vector3<T>, T) {
     let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
-    let [x, y, z] = direction;
-    let along = [xx * *x + xy * *y + xz * *z, yy * *y + yz * *z, zz * *z];
-    (along, root_of_variance(dot(&along, &along)))
+    let [x, y, z] = (*direction).into();
+    let along = Vector3::new(xx * x + xy * y + xz * z, yy * y + yz * z, zz * z);
+    (along, root_of_variance(along.dot(&along)))
+}
+
+/// L v for the same factor, mm.
+#[inline(always)]
+pub(crate) fn times_spread<T: Elementary>(patch: &Patch<T>, v: &Vector3<T>) -> Vector3<T> {
+    let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
+    let [a, b, c] = (*v).into();
+    Vector3::new(xx * a, xy * a + yy * b, xz * a + yz * b + zz * c)
 }
 
 /// Standard deviation of the gaps within a patch, mm.

@@ -4,6 +4,8 @@
 
 use heapless::Vec;
 
+use nalgebra::Vector3;
+
 use crate::math::Elementary;
 use crate::tuning::Units;
 
@@ -12,7 +14,6 @@ use super::body::{InUnits, Surface};
 use super::equilibrium::{ActivePatch, Equations, Stiffening};
 use super::state::{PadState, PatchState};
 use super::step::{Candidates, slipping};
-use super::vector::{Vec3, plus, times};
 
 /// The equations of a step, and the patches at its solution.
 type AfterStep<'a, const P: usize, T, B> = (Equations<'a, T, InUnits<'a, B, T>>, Vec<ActivePatch<'a, T>, P>);
@@ -51,15 +52,15 @@ impl<T: Elementary> Pad<'_, T> {
         let mut out = [PatchState::default(); P];
         let Some((equations, active)) = self.after_step(state, &body) else { return out };
         let (sin, cos) = state.angle[0].sin_cos();
-        let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
+        let back = |v: Vector3<T>| [cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z];
         let law = &self.numbers.law;
         for ((ActivePatch { patch, placed, contact, .. }, used), out) in active.iter().zip(&state.used).zip(&mut out) {
             let apex = &equations.frame.apex;
-            out.place_mm = back(&plus(&contact.place, apex)).map(|x| x * length);
+            out.place_mm = back(contact.place + apex).map(|x| x * length);
             if !contact.touches {
                 continue;
             }
-            let traction = back(&times(&contact.stretch, contact.grip / patch.area_mm2));
+            let traction = back(contact.stretch * (contact.grip / patch.area_mm2));
             out.pressure_mpa = contact.force * equations.frame.approach.rate / patch.area_mm2 * pressure;
             out.traction_mpa = [traction[0] * pressure, traction[1] * pressure];
             out.contact_area_mm2 = placed.compressed.area(contact.below, law) * (length * length);

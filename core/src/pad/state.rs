@@ -7,7 +7,7 @@ use crate::{Error, Regime, Response, Status};
 
 use super::Pad;
 use super::step::axes;
-use super::vector::{Bulk, Rounded, Vec3, zeros};
+use super::vector::{Bulk, Rounded, zeros};
 
 /// Values of [`PadState::used`] from here on belong to patches without contact; shares of the strength are at most 1.
 pub(crate) const APART: f32 = 2.0;
@@ -41,7 +41,7 @@ pub struct PadState<const P: usize, T = f32> {
     /// Angle of the body about the normal, rad, a compensated sum.
     pub(crate) angle: [T; 2],
     /// Centre of rotation of poses, finger's frame, mm.
-    pub(crate) pivot: Vec3<T>,
+    pub(crate) pivot: [T; 3],
     /// Depth of the last step, mm.
     pub(crate) depth: T,
     /// Pitch relative to the neutral one and roll of the last step, rad.
@@ -130,7 +130,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         state.tilt = pad.tilt(pose_deg).0;
         // In the neutral pose this point is the origin; the fitted heights give it within their error only.
         if state.tilt != zeros() {
-            state.pivot = pad.fitted_first_touch_point_mm(&axes(state.tilt));
+            state.pivot = pad.fitted_first_touch_point_mm(&axes(state.tilt)).into();
         }
         Ok(state)
     }

@@ -3,6 +3,7 @@
 //! Main function: [`Pad::step`]. Uses equilibrium and state.
 
 use heapless::Vec;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::math::Elementary;
 use crate::step::rare;
@@ -10,9 +11,9 @@ use crate::{Motion, Regime, Response, Status};
 
 use super::body::{InUnits, Sides, Surface, spread, steepness};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, anchor_at};
-use super::patch::{Compressed, flat_force_rate, root_of_variance, spread_along};
+use super::patch::{Compressed, flat_force_rate, root_of_variance, spread_along, times_spread};
 use super::state::{APART, PadState};
-use super::vector::{Bulk, Mat3, Vec3, along, cross, dot, minus, plus, rotated, times, zeros};
+use super::vector::{Bulk, along, zeros};
 use super::{Pad, Patch};
 
 /// Least depth of a contact, mm.
@@ -107,7 +108,7 @@ impl<T: Elementary> Pad<'_, T> {
             state.reset(self.patches.len());
             return Response { status: Status::MEMORY_LOST, ..Response::default() };
         }
-        let probe = body.overlap(&PROBE_MM.map(T::of)).0;
+        let probe = body.overlap(&PROBE_MM.map(T::of).into()).0;
         if let Some(response) = state.resting_response()
             && probe == state.probe
             && self.is_without_motion(state, &motion, pose_deg)
@@ -258,18 +259,18 @@ impl<T: Elementary> Pad<'_, T> {
 
     /// Transformation from the finger's frame to that of the body.
     fn frame<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> Frame<T> {
-        let [along, across, normal] = axes(state.tilt);
+        let tilted = axes(state.tilt);
         let (sin, cos) = state.angle[0].sin_cos();
-        let turned_axes =
-            [plus(&times(&along, cos), &times(&across, sin)), minus(&times(&across, cos), &times(&along, sin)), normal];
+        let [along, across, normal] = [0, 1, 2].map(|k| tilted.row(k));
+        let turned = [along * cos + across * sin, across * cos - along * sin, normal.into()];
         let [across_soft, along_soft] = self.numbers.law.softness;
-        let soft =
-            [times(&turned_axes[0], across_soft), times(&turned_axes[1], across_soft), times(&normal, along_soft)];
+        let soft = Matrix3::from_rows(&[turned[0] * across_soft, turned[1] * across_soft, normal * along_soft]);
+        let (normal, pivot) = (normal.transpose(), Vector3::from(state.pivot));
         let [x, y] = [state.shift[0][0], state.shift[1][0]];
-        let height = self.fitted_first_touch_mm(&normal) - dot(&normal, &state.pivot) + state.depth;
-        let approach = self.approach(state.depth, &[along, across, normal], &state.pivot, body);
-        let apex = [cos * x + sin * y, cos * y - sin * x, height + approach.shift];
-        Frame { axes: turned_axes, soft, apex, pivot: state.pivot, approach }
+        let height = self.fitted_first_touch_mm(&normal) - normal.dot(&pivot) + state.depth;
+        let approach = self.approach(state.depth, &tilted, &pivot, body);
+        let apex = Vector3::new(cos * x + sin * y, cos * y - sin * x, height + approach.shift);
+        Frame { axes: Matrix3::from_rows(&turned), soft, apex, pivot, approach }
     }
 
     /// Upper bound of the displacement of any patch between two states of the bulk, mm.
@@ -328,8 +329,8 @@ impl<T: Elementary> Pad<'_, T> {
             let mut placed = self.placed(patch, *anchor, frame, body);
             if *used >= T::of(APART) {
                 // Without contact the patch has no anchor yet: it is the place below the present position of the skin.
-                let moved = patch.modes.each_ref().map(|row| along(row, &state.bulk));
-                let here = plus(&placed.place, &rotated(&frame.soft, &moved));
+                let moved = Vector3::from(patch.modes.each_ref().map(|row| along(row, &state.bulk)));
+                let here = placed.place + frame.soft * moved;
                 (placed.anchor, placed.inward) = anchor_at(body, closest_place(body, &here));
             }
             // Cannot fail: the list has room for all patches of a state.
@@ -341,7 +342,7 @@ impl<T: Elementary> Pad<'_, T> {
     fn placed<B: Surface<T>>(&self, patch: &Patch<T>, anchor: [T; 2], frame: &Frame<T>, body: &B) -> PlacedPatch<T> {
         let place = frame.place(patch);
         let spread = if body.is_plane() {
-            spread_along(patch, &frame.axes[2]).1
+            spread_along(patch, &frame.axes.row(2).transpose()).1
         } else {
             root_of_variance(spread(body, &place, &frame.sides(patch)).variance)
         };
@@ -359,13 +360,13 @@ impl<T: Elementary> Pad<'_, T> {
     ) -> Sums<T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
-        let (mut force, mut moment) = (zeros::<T, 3>(), zeros::<T, 3>());
-        let (mut friction, mut friction_spin) = (zeros::<T, 3>(), zero);
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let (mut friction, mut friction_spin) = (Vector3::zeros(), zero);
         let mut is_changed = false;
         let noticed_mm = T::of(NOTICED_LENGTH) * self.numbers.depth_max_mm;
         let (mut area, mut stuck_area, mut firm_area, mut strength, mut reach) = (zero, zero, zero, zero, zero);
-        let (mut middle, mut turning) = (zeros::<T, 3>(), zeros::<T, 3>());
-        let apex = [equations.frame.apex[0], equations.frame.apex[1], zero];
+        let (mut middle, mut turning) = (Vector3::zeros(), Vector3::zeros());
+        let apex = Vector3::new(equations.frame.apex.x, equations.frame.apex.y, zero);
         // The bulk's softness stays along the body's axes when the body turns: along over across the normal.
         let [across_soft, along_soft] = law.softness;
         let (soft, stiff) = (along_soft / across_soft, across_soft / along_soft);
@@ -388,8 +389,8 @@ impl<T: Elementary> Pad<'_, T> {
             let used_now = contact.length / (contact.bound + T::of(f32::MIN_POSITIVE));
             let slips = contact.length > contact.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
             if slips {
-                let to_anchor = times(&contact.stretch, contact.bound / contact.length);
-                *anchor = closest_place(equations.body, &plus(&contact.place, &to_anchor));
+                let to_anchor = contact.stretch * (contact.bound / contact.length);
+                *anchor = closest_place(equations.body, &(contact.place + to_anchor));
             }
             let (used_now, used_before, grew) = (used_now.at_most(T::of(1.0)), used.magnitude(), *used >= zero);
             let beyond = if grew { used_before - used_now } else { used_now - used_before };
@@ -414,18 +415,18 @@ impl<T: Elementary> Pad<'_, T> {
             stuck_area += contact_area * stuck_share;
             firm_area += contact_area * firm_share;
             strength += contact.strength;
-            let traction = times(&contact.stretch, contact.grip);
-            let on_skin = minus(&traction, &times(&contact.inward, contact.force));
-            let arm = plus(&contact.place, &apex);
-            friction = plus(&friction, &traction);
+            let traction = contact.stretch * contact.grip;
+            let on_skin = traction - contact.inward * contact.force;
+            let arm = contact.place + apex;
+            friction += traction;
             friction_spin += arm[0] * traction[1] - arm[1] * traction[0];
-            force = plus(&force, &on_skin);
-            let moved = minus(&contact.place, &placed.place);
-            let tilting = cross(&plus(&placed.place, &apex), &on_skin);
-            let soft_tilting = cross(&[soft * moved[0], soft * moved[1], stiff * moved[2]], &on_skin);
+            force += on_skin;
+            let moved = contact.place - placed.place;
+            let tilting = (placed.place + apex).cross(&on_skin);
+            let soft_tilting = Vector3::new(soft * moved.x, soft * moved.y, stiff * moved.z).cross(&on_skin);
             let spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0];
-            moment = plus(&moment, &[tilting[0] + soft_tilting[0], tilting[1] + soft_tilting[1], spinning]);
-            middle = plus(&middle, &times(&arm, contact.strength));
+            moment += Vector3::new(tilting.x + soft_tilting.x, tilting.y + soft_tilting.y, spinning);
+            middle += arm * contact.strength;
             reach += contact.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
             // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
             // overlap adds a moment about the middle.
@@ -433,19 +434,17 @@ impl<T: Elementary> Pad<'_, T> {
             let pull = energy.1 / placed.compressed.spread;
             if equations.body.is_plane() {
                 // The second moment times the normal.
-                let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
-                let ([a, b, c], _) = spread_along(patch, &equations.frame.axes[2]);
-                turning = plus(&turning, &times(&[xx * a, xy * a + yy * b, xz * a + yz * b + zz * c], pull));
+                let (along, _) = spread_along(patch, &equations.frame.axes.row(2).transpose());
+                turning += times_spread(patch, &along) * pull;
                 continue;
             }
             let sides = equations.frame.sides(patch);
             let undeformed = spread(equations.body, &placed.place, &sides);
             let mean_moment = spread(equations.body, &contact.place, &sides).moment;
-            let by_spread = times(&undeformed.variance_slope, -pull);
-            force = plus(&force, &by_spread);
-            moment = plus(&moment, &cross(&plus(&placed.place, &apex), &by_spread));
-            moment =
-                minus(&moment, &plus(&times(&undeformed.variance_moment, pull), &times(&mean_moment, contact.force)));
+            let by_spread = undeformed.variance_slope * (-pull);
+            force += by_spread;
+            moment += (placed.place + apex).cross(&by_spread);
+            moment -= undeformed.variance_moment * pull + mean_moment * contact.force;
         }
         Sums {
             force,
@@ -474,21 +473,21 @@ impl<T: Elementary> Pad<'_, T> {
         let Sums { friction_spin, area, stuck_area, firm_area, strength, reach, .. } = *sums;
         let zero = T::of(0.0);
         let Frame { axes, approach, .. } = &equations.frame;
-        let (turning, arm) = (rotated(axes, &sums.turning), rotated(axes, &approach.arm));
-        let [x, y, normal] = sums.force;
+        let (turning, arm) = (axes * sums.turning, axes * approach.arm);
+        let [x, y, normal] = sums.force.into();
         let about = [arm[1] * normal - approach.shift * y, approach.shift * x - arm[0] * normal];
-        let moment = plus(&sums.moment, &[about[0] - turning[1], about[1] + turning[0], zero]);
-        let force = [x, y, normal * approach.rate];
+        let moment = sums.moment + Vector3::new(about[0] - turning.y, about[1] + turning.x, zero);
+        let force = Vector3::new(x, y, normal * approach.rate);
         // From the body's axes to those of the plane.
         let (sin, cos) = state.angle[0].sin_cos();
-        let back = |v: &Vec3<T>| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
+        let back = |v: &Vector3<T>| Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
         let (force, moment, friction) = (back(&force), back(&moment), back(&sums.friction));
         let (normal, in_contact) = (force[2], area > zero);
         let pressing = normal.not_negative();
         let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
-        let resultant = dot(&friction, &friction).magnitude().sqrt();
+        let resultant = friction.dot(&friction).magnitude().sqrt();
         // The slip margin compares friction, and its moment about the centre of the strengths, with an ellipse.
-        let middle = back(&times(&sums.middle, T::of(1.0) / strength_or_tiny));
+        let middle = back(&(sums.middle * (T::of(1.0) / strength_or_tiny)));
         let square = (reach / strength_or_tiny - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
         // With one patch in contact the difference is rounding only.
         let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
@@ -545,8 +544,8 @@ impl<T: Elementary> Pad<'_, T> {
 impl<T: Elementary> Frame<T> {
     /// Position of an undeformed patch, body's frame, mm.
     #[inline(always)]
-    fn place(&self, patch: &Patch<T>) -> Vec3<T> {
-        minus(&rotated(&self.axes, &minus(&patch.middle_mm, &self.pivot)), &self.apex)
+    fn place(&self, patch: &Patch<T>) -> Vector3<T> {
+        self.axes * (Vector3::from(patch.middle_mm) - self.pivot) - self.apex
     }
 
     /// Quadrature points of a patch, with the same second moment; see [`Sides`].
@@ -554,28 +553,28 @@ impl<T: Elementary> Frame<T> {
     pub(super) fn sides(&self, patch: &Patch<T>) -> Sides<T> {
         let zero = T::of(0.0);
         let [xx, xy, yy, xz, yz, zz] = patch.spread_mm.map(|x| x * T::of(ROOT_3));
-        [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| rotated(&self.axes, &side))
+        [[xx, xy, xz], [zero, yy, yz], [zero, zero, zz]].map(|side| self.axes * Vector3::from(side))
     }
 }
 
 /// Sums over the patches in contact, along the axes of the body and about the centre of rotation of poses.
 struct Sums<T> {
     /// Force on the skin, N.
-    force: Vec3<T>,
+    force: Vector3<T>,
     /// Its moment, N mm.
-    moment: Vec3<T>,
+    moment: Vector3<T>,
     /// Its part along the surface, N, and the moment of that about the normal, N mm.
-    friction: Vec3<T>,
+    friction: Vector3<T>,
     friction_spin: T,
     /// Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame, N mm.
-    turning: Vec3<T>,
+    turning: Vector3<T>,
     /// Area in contact, its stuck part, and its stuck part as counted for the regime, mm².
     area: T,
     stuck_area: T,
     firm_area: T,
     /// Strength, N, and its first and second moment about the centre of rotation, N mm and N mm².
     strength: T,
-    middle: Vec3<T>,
+    middle: Vector3<T>,
     reach: T,
     /// Whether the state of a patch is another one than before the step.
     is_changed: bool,
@@ -601,14 +600,15 @@ fn away<T: Elementary>([pitch, roll]: [T; 2]) -> T {
 }
 
 /// Rotation from the finger's axes to those of the plane, for pitch and roll in rad.
-pub(super) fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Mat3<T> {
+pub(super) fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Matrix3<T> {
     let ((ps, pc), (rs, rc)) = (pitch.sin_cos(), roll.sin_cos());
-    [[pc, ps * rs, ps * rc], [T::of(0.0), rc, -rs], [-ps, pc * rs, pc * rc]]
+    let zero = T::of(0.0);
+    Matrix3::new(pc, ps * rs, ps * rc, zero, rc, -rs, -ps, pc * rs, pc * rc)
 }
 
 /// The point of the surface closest to a place, to first order: its x and y in the tangent plane.
 #[inline(always)]
-fn closest_place<T: Elementary>(body: &impl Surface<T>, place: &Vec3<T>) -> [T; 2] {
+fn closest_place<T: Elementary>(body: &impl Surface<T>, place: &Vector3<T>) -> [T; 2] {
     let (overlap, inward) = body.overlap(place);
     [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
 }

@@ -7,11 +7,13 @@
 //! along the normal near first touch, by exactly this distance at depth zero and by nothing from a small depth on. The energy of a pad is
 //! a function of depth and pose also with the shift, so that forces and moments are its slopes.
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::math::{Elementary, Scalar};
 
 use super::body::{Surface, steepness};
-use super::patch::spread_along;
-use super::vector::{Mat3, Vec3, dot, plus, rotated_back, times, zeros};
+use super::patch::{spread_along, times_spread};
+use super::step::axes;
 use super::{FIRST_TOUCH_TERMS, Pad};
 
 /// Depth from which on a body is not shifted, over the largest depth of the fit, where the patches meet a plane as the skin does.
@@ -33,46 +35,52 @@ pub(crate) struct Approach<T> {
     /// Change of the place along the normal per depth: 1 without a shift.
     pub rate: T,
     /// Addition to the arm of the normal force, finger's frame, mm: the shift depends on the pose.
-    pub arm: Vec3<T>,
+    pub arm: Vector3<T>,
 }
 
 impl<T: Elementary> Pad<'_, T> {
     /// Height of the plane at first touch over the origin, along its normal (finger's frame), mm.
     pub fn first_touch_mm(&self, normal: &[T; 3]) -> T {
-        self.fitted_first_touch_mm(normal) * self.units.length
+        self.fitted_first_touch_mm(&Vector3::from(*normal)) * self.units.length
     }
 
     /// The point of the undeformed finger that a plane touches first in a pose, along the axes of the finger, mm.
     ///
     /// * `pose_deg`: pitch and roll, degrees, clamped to the range of the fit
     pub fn first_touch_point_mm(&self, pose_deg: [T; 2]) -> [T; 3] {
-        self.fitted_first_touch_point_mm(&super::step::axes(self.tilt(pose_deg).0)).map(|x| x * self.units.length)
+        (self.fitted_first_touch_point_mm(&axes(self.tilt(pose_deg).0)) * self.units.length).into()
     }
 
     /// The same for the fitted finger, in its units.
-    pub(crate) fn fitted_first_touch_mm(&self, normal: &[T; 3]) -> T {
-        weighted(&first_touch_terms(normal[0], normal[1]), &self.numbers.first_touch_mm)
+    pub(crate) fn fitted_first_touch_mm(&self, normal: &Vector3<T>) -> T {
+        weighted(&first_touch_terms(normal.x, normal.y), &self.numbers.first_touch_mm)
     }
 
     /// The same for the fitted finger, in its units.
     ///
     /// * `axes`: axes of the plane in the finger's frame
-    pub(crate) fn fitted_first_touch_point_mm(&self, axes: &Mat3<T>) -> Vec3<T> {
-        let [_, _, normal] = axes;
+    pub(crate) fn fitted_first_touch_point_mm(&self, axes: &Matrix3<T>) -> Vector3<T> {
+        let normal = &axes.row(2).transpose();
         // The derivative of the height over the rotation of the plane is the place along the plane.
-        let slopes = first_touch_slopes(normal[0], normal[1], &self.numbers.first_touch_mm);
-        let [x, y] = [0, 1].map(|k| axes[k][0] * slopes[0] + axes[k][1] * slopes[1]);
-        rotated_back(axes, &[x, y, self.fitted_first_touch_mm(normal)])
+        let slopes = first_touch_slopes(normal.x, normal.y, &self.numbers.first_touch_mm);
+        let [x, y] = [0, 1].map(|k| axes[(k, 0)] * slopes[0] + axes[(k, 1)] * slopes[1]);
+        axes.tr_mul(&Vector3::new(x, y, self.fitted_first_touch_mm(normal)))
     }
 
     /// The shift of a body at a depth, mm.
     ///
     /// * `axes`: axes of the plane in the finger's frame
     /// * `pivot`: centre of rotation of poses, finger's frame, mm
-    pub(crate) fn approach(&self, depth: T, axes: &Mat3<T>, pivot: &Vec3<T>, body: &impl Surface<T>) -> Approach<T> {
-        let [_, _, normal] = axes;
+    pub(crate) fn approach(
+        &self,
+        depth: T,
+        axes: &Matrix3<T>,
+        pivot: &Vector3<T>,
+        body: &impl Surface<T>,
+    ) -> Approach<T> {
+        let normal = &axes.row(2).transpose();
         let (zero, one) = (T::of(0.0), T::of(1.0));
-        let none = Approach { shift: zero, rate: one, arm: zeros() };
+        let none = Approach { shift: zero, rate: one, arm: Vector3::zeros() };
         let [least, most] = [SHIFTED, MOST_SHIFTED].map(|share| T::of(share) * self.numbers.depth_max_mm);
         let flatness = (one - T::of(ROUND) * steepness(body)).not_negative();
         if depth >= most || flatness == zero {
@@ -93,41 +101,37 @@ impl<T: Elementary> Pad<'_, T> {
         let per_depth = T::of(-2.0) * late * left / range;
         let per_late = left * left + per_depth.magnitude() * per_distance * depth / range;
         let per_off = if within == off { per_late * flatness } else { zero };
-        let away = plus(&touch, &times(&meets, -one));
-        let from_pivot = plus(&touch, &times(pivot, -one));
         Approach {
             shift: late * left * left,
             rate: one + per_depth,
-            arm: plus(&times(&away, per_off), &times(&from_pivot, per_depth)),
+            arm: (touch - meets) * per_off + (touch - pivot) * per_depth,
         }
     }
 
     /// Height of a plane, mm, at which the first patches meet it, and where they do, mm; finger's frame. A smooth
     /// function of the normal, and never above the first patch.
-    fn patches_meet(&self, normal: &Vec3<T>) -> (T, Vec3<T>) {
+    fn patches_meet(&self, normal: &Vector3<T>) -> (T, Vector3<T>) {
         let per_mm = T::of(1.0 / TOGETHER_MM);
-        let (mut least, mut sum, mut place) = (T::of(f32::MAX), T::of(0.0), zeros::<T, 3>());
+        let (mut least, mut sum, mut place) = (T::of(f32::MAX), T::of(0.0), Vector3::zeros());
         for patch in self.patches {
             let (along, spread) = spread_along(patch, normal);
-            let height = dot(normal, &patch.middle_mm) - spread;
+            let height = normal.dot(&Vector3::from(patch.middle_mm)) - spread;
             let mut weight = T::of(1.0);
             if height < least {
                 let kept =
                     if least - height < T::of(APART_MM) { ((height - least) * per_mm).exp() } else { T::of(0.0) };
-                (sum, place, least) = (sum * kept, times(&place, kept), height);
+                (sum, place, least) = (sum * kept, place * kept, height);
             } else if height - least < T::of(APART_MM) {
                 weight = ((least - height) * per_mm).exp();
             } else {
                 continue;
             }
             // The point of the ellipsoid that is closest to the plane.
-            let [xx, xy, yy, xz, yz, zz] = patch.spread_mm;
-            let [a, b, c] = times(&along, T::of(-1.0) / spread);
-            let edge = [xx * a, xy * a + yy * b, xz * a + yz * b + zz * c];
+            let edge = times_spread(patch, &(along * (T::of(-1.0) / spread)));
             sum += weight;
-            place = plus(&place, &times(&plus(&patch.middle_mm, &edge), weight));
+            place += (Vector3::from(patch.middle_mm) + edge) * weight;
         }
-        (least - T::of(TOGETHER_MM) * sum.ln(), times(&place, T::of(1.0) / sum))
+        (least - T::of(TOGETHER_MM) * sum.ln(), place * (T::of(1.0) / sum))
     }
 }
 

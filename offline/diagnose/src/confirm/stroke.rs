@@ -176,3 +176,47 @@ fn between(rows: &[Row], t_s: f64) -> Row {
         ..*b
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fingerpad_smooth::SmoothModel;
+
+    use super::*;
+    use crate::data::runs::{Labels, RawRow, RunSet};
+
+    /// A finger of unit curves but for the normal force and the strength.
+    fn model(normal: f64, strength: f64) -> SmoothModel {
+        SmoothModel {
+            ln_normal: [normal.ln(), 0.0, 0.0, 0.0],
+            ln_strength: [strength.ln(), 0.0, 0.0, 0.0],
+            ln_tangential: [0.0; 4],
+            ln_area: [0.0; 4],
+            elements: [[0.0; 2]; fingerpad_smooth::ELEMENTS],
+            ln_stiffness_ratio_y: [0.0; 2],
+            press_coupling: [0.0; 2],
+            press_coupling_y: 0.0,
+            normal_per_friction: [0.0; 2],
+            normal_shear: [0.0; 2],
+            odd_x_per_mm: 0.0,
+            load_exponent: 0.0,
+            even_direction: [0.0; 2],
+            even_direction_slope: 0.0,
+            odd_direction: [0.0; 2],
+        }
+    }
+
+    /// A finger that a refit makes twice as stiff, with three times the friction in full slip, has the law of that finger.
+    #[test]
+    fn a_refit_scales_the_law_of_friction() {
+        let rows = (0..10).map(|i| RawRow::bare(2, f64::from(i), 0.1 * f64::from(i), [0.0; 2], [0.1; 3])).collect();
+        let set = RunSet::from_rows("runs.csv".into(), vec![(Labels::default(), rows)]).unwrap();
+        let law = RubberFriction { beta: 0.5, ..RubberFriction::default() };
+        let refit = Refit { from: model(1.0, 1.0), to: model(2.0, 3.0), beta: 0.5 };
+        let (kept, scale) = (kept_rows(&set.runs[0]), FingerScale::default());
+        let stroke = |refit| FeStroke::new(&set.runs[0], &kept, &[], &scale, refit, law).law_at(5.0);
+        assert_eq!(stroke(None), law);
+        let (found, wanted) = (stroke(Some(&refit)), law.scaled(3.0 / 2f64.sqrt(), 2.0));
+        assert!((found.lambda - wanted.lambda).abs() < 1e-9 * wanted.lambda, "{found:?} {wanted:?}");
+        assert_eq!(found.regular_pressure_mpa, wanted.regular_pressure_mpa);
+    }
+}
