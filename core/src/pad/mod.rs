@@ -22,6 +22,7 @@ mod data;
 mod equilibrium;
 mod example;
 mod file;
+mod outcome;
 mod patch;
 mod requests;
 mod save;

@@ -12,8 +12,9 @@ use crate::tuning::Units;
 use super::Pad;
 use super::body::{InUnits, Surface};
 use super::equilibrium::{ActivePatch, Equations, Stiffening};
+use super::outcome::slipping;
 use super::state::{PadState, PatchState};
-use super::step::{Candidates, slipping};
+use super::step::Candidates;
 
 /// The equations of a step, and the patches at its solution.
 type AfterStep<'a, const P: usize, T, B> = (Equations<'a, T, InUnits<'a, B, T>>, Vec<ActivePatch<'a, T>, P>);

@@ -7,11 +7,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::math::Elementary;
 use crate::step::rare;
-use crate::{Motion, Regime, Response, Status};
+use crate::{Motion, Response, Status};
 
-use super::body::{InUnits, Sides, Surface, spread, steepness};
+use super::body::{InUnits, Sides, Surface, spread};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, anchor_at};
-use super::patch::{Compressed, flat_force_rate, root_of_variance, spread_along, times_spread};
+use super::patch::{Compressed, root_of_variance, spread_along};
 use super::state::{APART, PadState};
 use super::vector::{Bulk, along, zeros};
 use super::{Pad, Patch};
@@ -34,26 +34,6 @@ const FARTHEST_MM: f32 = 20.0;
 const PROBE_MM: [f32; 3] = [1.25, 0.5, -0.75];
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
-/// A patch slips if its stretch exceeds the bound by this factor and by this length, mm. Both are above the rounding of its place.
-const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
-/// Least fall of the friction of a patch below its largest value, over its strength, that counts as a decrease, and rise above its least
-/// value that counts as an increase. It is above the error of equilibrium.
-const NOTICED: f32 = 4e-3;
-/// The same as a length of its stretch, over the largest depth; it counts where the bound is short.
-const NOTICED_LENGTH: f32 = 5e-5;
-/// Friction over strength from which on a patch counts as slipping in part, for the regime.
-const FIRM: f32 = 0.9;
-/// The regime is stick if at least this share of the area sticks, counted in this way,
-const STICKS: f32 = 0.95;
-/// and slip if at most this share does.
-const SLIDES: f32 = 0.02;
-
-/// Least mean square of the arms of a contact about its middle, mm².
-const LEAST_ARM_MM2: f32 = 0.01;
-/// Depth above which the bands grow with depth, mm.
-const DEEP_MM: f32 = 2.6;
-/// Angle from the neutral pose at which half of the addition for other poses is applied to the bands, rad.
-const AWAY_RAD: f32 = 0.05;
 
 impl<T: Elementary> Pad<'_, T> {
     /// Pitch relative to the neutral one and roll, rad, clamped to the range of the fit; and whether the pose is within that range.
@@ -349,196 +329,6 @@ impl<T: Elementary> Pad<'_, T> {
         let (anchor, inward) = anchor_at(body, anchor);
         PlacedPatch { compressed: Compressed::new(patch, spread, &self.numbers.law), place, anchor, inward }
     }
-
-    /// Moves the anchors of patches that slip or do not touch, and sums loads and areas over the patches.
-    #[inline(always)]
-    fn update_anchors_and_sum<const P: usize, B: Surface<T>>(
-        &self,
-        state: &mut PadState<P, T>,
-        equations: &Equations<'_, T, B>,
-        active: &[ActivePatch<'_, T>],
-    ) -> Sums<T> {
-        let law = &self.numbers.law;
-        let zero = T::of(0.0);
-        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
-        let (mut friction, mut friction_spin) = (Vector3::zeros(), zero);
-        let mut is_changed = false;
-        let noticed_mm = T::of(NOTICED_LENGTH) * self.numbers.depth_max_mm;
-        let (mut area, mut stuck_area, mut firm_area, mut strength, mut reach) = (zero, zero, zero, zero, zero);
-        let (mut middle, mut turning) = (Vector3::zeros(), Vector3::zeros());
-        let apex = Vector3::new(equations.frame.apex.x, equations.frame.apex.y, zero);
-        // The bulk's softness stays along the body's axes when the body turns: along over across the normal.
-        let [across_soft, along_soft] = law.softness;
-        let (soft, stiff) = (along_soft / across_soft, across_soft / along_soft);
-        for ActivePatch { index, patch, placed, contact } in active {
-            let (Some(anchor), Some(used)) = (state.anchors.get_mut(*index), state.used.get_mut(*index)) else {
-                continue;
-            };
-            let before = (*anchor, *used);
-            if !contact.touches {
-                *anchor = closest_place(equations.body, &contact.place);
-                *used = T::of(APART) - (contact.overlap + placed.compressed.spread);
-                is_changed |= before != (*anchor, *used);
-                continue;
-            }
-            if *used >= T::of(APART) {
-                // The patch did not touch at the end of the last step.
-                *anchor = [placed.anchor[0], placed.anchor[1]];
-                *used = zero;
-            }
-            let used_now = contact.length / (contact.bound + T::of(f32::MIN_POSITIVE));
-            let slips = contact.length > contact.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
-            if slips {
-                let to_anchor = contact.stretch * (contact.bound / contact.length);
-                *anchor = closest_place(equations.body, &(contact.place + to_anchor));
-            }
-            let (used_now, used_before, grew) = (used_now.at_most(T::of(1.0)), used.magnitude(), *used >= zero);
-            let beyond = if grew { used_before - used_now } else { used_now - used_before };
-            let dead_band = T::of(NOTICED) * contact.bound + noticed_mm;
-            let at_bound = (T::of(1.0) - used_now) * contact.bound <= dead_band;
-            let grows = at_bound || grew != (beyond * contact.bound > dead_band);
-            // Within the dead band the extreme value of this rise or fall remains.
-            let used_now = if grows == grew && beyond > zero { used_before } else { used_now };
-            // Stuck shares: for the stick ratio, and with a narrower transition for the regime.
-            let (stuck_share, firm_share) = if slips {
-                (zero, zero)
-            } else if grows {
-                let beyond = (used_now - T::of(FIRM)).not_negative();
-                (T::of(1.0) - slipping(used_now, law.onset), T::of(1.0) - beyond * T::of(1.0 / (1.0 - FIRM)))
-            } else {
-                (T::of(1.0), T::of(1.0))
-            };
-            *used = if grows { used_now } else { -used_now };
-            is_changed |= before != (*anchor, *used);
-            let contact_area = placed.compressed.area(contact.below, law);
-            area += contact_area;
-            stuck_area += contact_area * stuck_share;
-            firm_area += contact_area * firm_share;
-            strength += contact.strength;
-            let traction = contact.stretch * contact.grip;
-            let on_skin = traction - contact.inward * contact.force;
-            let arm = contact.place + apex;
-            friction += traction;
-            friction_spin += arm[0] * traction[1] - arm[1] * traction[0];
-            force += on_skin;
-            let moved = contact.place - placed.place;
-            let tilting = (placed.place + apex).cross(&on_skin);
-            let soft_tilting = Vector3::new(soft * moved.x, soft * moved.y, stiff * moved.z).cross(&on_skin);
-            let spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0];
-            moment += Vector3::new(tilting.x + soft_tilting.x, tilting.y + soft_tilting.y, spinning);
-            middle += arm * contact.strength;
-            reach += contact.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
-            // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
-            // overlap adds a moment about the middle.
-            let energy = placed.compressed.energy(contact.overlap, contact.force, flat_force_rate(patch, law));
-            let pull = energy.1 / placed.compressed.spread;
-            if equations.body.is_plane() {
-                // The second moment times the normal.
-                let (along, _) = spread_along(patch, &equations.frame.axes.row(2).transpose());
-                turning += times_spread(patch, &along) * pull;
-                continue;
-            }
-            let sides = equations.frame.sides(patch);
-            let undeformed = spread(equations.body, &placed.place, &sides);
-            let mean_moment = spread(equations.body, &contact.place, &sides).moment;
-            let by_spread = undeformed.variance_slope * (-pull);
-            force += by_spread;
-            moment += (placed.place + apex).cross(&by_spread);
-            moment -= undeformed.variance_moment * pull + mean_moment * contact.force;
-        }
-        Sums {
-            force,
-            moment,
-            friction,
-            friction_spin,
-            turning,
-            area,
-            stuck_area,
-            firm_area,
-            strength,
-            middle,
-            reach,
-            is_changed,
-        }
-    }
-
-    /// The response of a contact with these sums over its patches.
-    #[inline(always)]
-    fn response<const P: usize, B: Surface<T>>(
-        &self,
-        state: &PadState<P, T>,
-        equations: &Equations<'_, T, B>,
-        sums: &Sums<T>,
-    ) -> Response<T> {
-        let Sums { friction_spin, area, stuck_area, firm_area, strength, reach, .. } = *sums;
-        let zero = T::of(0.0);
-        let Frame { axes, approach, .. } = &equations.frame;
-        let (turning, arm) = (axes * sums.turning, axes * approach.arm);
-        let [x, y, normal] = sums.force.into();
-        let about = [arm[1] * normal - approach.shift * y, approach.shift * x - arm[0] * normal];
-        let moment = sums.moment + Vector3::new(about[0] - turning.y, about[1] + turning.x, zero);
-        let force = Vector3::new(x, y, normal * approach.rate);
-        // From the body's axes to those of the plane.
-        let (sin, cos) = state.angle[0].sin_cos();
-        let back = |v: &Vector3<T>| Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
-        let (force, moment, friction) = (back(&force), back(&moment), back(&sums.friction));
-        let (normal, in_contact) = (force[2], area > zero);
-        let pressing = normal.not_negative();
-        let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
-        let resultant = friction.dot(&friction).magnitude().sqrt();
-        // The slip margin compares friction, and its moment about the centre of the strengths, with an ellipse.
-        let middle = back(&(sums.middle * (T::of(1.0) / strength_or_tiny)));
-        let square = (reach / strength_or_tiny - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
-        // With one patch in contact the difference is rounding only.
-        let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
-        let about_middle = friction_spin - (middle[0] * friction[1] - middle[1] * friction[0]);
-        let (share, turning) = (resultant / strength_or_tiny, about_middle / (strength_or_tiny * arm + T::of(1e-12)));
-        let stick_ratio = if in_contact { stuck_area / area } else { zero };
-        let (numbers, steepness) = (self.numbers, steepness(equations.body));
-        let (away, deep) = (away(state.tilt), (state.depth - T::of(DEEP_MM)).not_negative());
-        let added = [0, 1].map(|k| steepness * numbers.band_body[k] + deep * numbers.band_deep[k]);
-        let band =
-            |[neutral, other]: &[[T; 3]; 2]| parabola(neutral, stick_ratio) + away * parabola(other, stick_ratio);
-        let [light, more] = numbers.band_light_n;
-        let light = [0, 1].map(|k| light[k] + away * more[k]);
-        let per_normal = if pressing > zero { T::of(1.0) / pressing } else { zero };
-        Response {
-            normal_force_n: normal,
-            friction_n: [force[0], force[1]],
-            tangential_friction_n: [friction[0], friction[1]],
-            stick_ratio,
-            friction_limit_n: strength,
-            slip_margin: if in_contact {
-                (T::of(1.0) - (share * share + turning * turning).magnitude().sqrt()).not_negative()
-            } else {
-                zero
-            },
-            spin_moment_n_mm: moment[2],
-            tilt_moment_n_mm: [moment[0], moment[1]],
-            pressure_centre_mm: [-moment[1] * per_normal, moment[0] * per_normal],
-            contact_area_mm2: area,
-            band_normal_n: if in_contact {
-                (pressing * (band(&numbers.band_normal) + added[0]) + light[0]).not_negative()
-            } else {
-                zero
-            },
-            band_friction_n: if in_contact {
-                (strength * (band(&numbers.band_friction) + added[1]) + light[1]).not_negative()
-            } else {
-                zero
-            },
-            regime: if !in_contact {
-                Regime::NoContact
-            } else if firm_area >= T::of(STICKS) * area {
-                Regime::Stick
-            } else if firm_area <= T::of(SLIDES) * area {
-                Regime::Slip
-            } else {
-                Regime::PartialSlip
-            },
-            status: Status::OK,
-        }
-    }
 }
 
 impl<T: Elementary> Frame<T> {
@@ -557,46 +347,12 @@ impl<T: Elementary> Frame<T> {
     }
 }
 
-/// Sums over the patches in contact, along the axes of the body and about the centre of rotation of poses.
-struct Sums<T> {
-    /// Force on the skin, N.
-    force: Vector3<T>,
-    /// Its moment, N mm.
-    moment: Vector3<T>,
-    /// Its part along the surface, N, and the moment of that about the normal, N mm.
-    friction: Vector3<T>,
-    friction_spin: T,
-    /// Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame, N mm.
-    turning: Vector3<T>,
-    /// Area in contact, its stuck part, and its stuck part as counted for the regime, mm².
-    area: T,
-    stuck_area: T,
-    firm_area: T,
-    /// Strength, N, and its first and second moment about the centre of rotation, N mm and N mm².
-    strength: T,
-    middle: Vector3<T>,
-    reach: T,
-    /// Whether the state of a patch is another one than before the step.
-    is_changed: bool,
-}
-
 /// The patches that take part in a step.
 pub(super) enum Candidates<T> {
     /// Those that touch or may touch where a body approaches any patch by this at most, mm.
     Within(T),
     /// All patches.
     All,
-}
-
-/// Value of a parabola b[0] + b[1] x + b[2] x².
-fn parabola<T: Elementary>(b: &[T; 3], x: T) -> T {
-    b[0] + x * (b[1] + x * b[2])
-}
-
-/// Factor of the addition for other poses to the bands: 0 in the neutral pose, 1 far from it.
-fn away<T: Elementary>([pitch, roll]: [T; 2]) -> T {
-    let rotated = pitch * pitch + roll * roll;
-    rotated / (rotated + T::of(AWAY_RAD * AWAY_RAD))
 }
 
 /// Rotation from the finger's axes to those of the plane, for pitch and roll in rad.
@@ -608,15 +364,7 @@ pub(super) fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Matrix3<T> {
 
 /// The point of the surface closest to a place, to first order: its x and y in the tangent plane.
 #[inline(always)]
-fn closest_place<T: Elementary>(body: &impl Surface<T>, place: &Vector3<T>) -> [T; 2] {
+pub(super) fn closest_place<T: Elementary>(body: &impl Surface<T>, place: &Vector3<T>) -> [T; 2] {
     let (overlap, inward) = body.overlap(place);
     [place[0] - overlap * inward[0], place[1] - overlap * inward[1]]
-}
-
-/// Slipping share of a patch under growing load.
-///
-/// * `used`: friction over strength
-#[inline(always)]
-pub(super) fn slipping<T: Elementary>(used: T, onset: T) -> T {
-    (onset * (used + T::of(f32::MIN_POSITIVE)).ln()).exp()
 }
