@@ -302,8 +302,8 @@ fn slopes_off(pad: Pad<'_, f64>, body: Body<f64>) -> Result<f64, Error> {
         let mut ride = Ride::new(pad, body)?;
         ride.to([0.0, 0.0, 0.8 * at[2], 0.0, at[4], at[5]], 60);
         ride.to(at, 120);
-        // A round body may lie beside the finger in a pose.
-        if ride.last.contact_area_mm2 == 0.0 {
+        // A round body may lie beside the finger in a pose, or hardly touch it.
+        if !(ride.last.normal_force_n > 1e-3) {
             continue;
         }
         places += 1;

@@ -108,8 +108,8 @@ impl<T: Elementary> Pad<'_, T> {
         }
     }
 
-    /// Height of a plane, mm, at which the first patches meet it, and where they do, mm; finger's frame. A smooth
-    /// function of the normal, and never above the first patch.
+    /// Height of a plane, mm, at which the first patches meet it, and where they do, mm; finger's frame. A smooth function of the normal,
+    /// and never above the first patch.
     fn patches_meet(&self, normal: &Vector3<T>) -> (T, Vector3<T>) {
         let per_mm = T::of(1.0 / TOGETHER_MM);
         let (mut least, mut sum, mut place) = (T::of(f32::MAX), T::of(0.0), Vector3::zeros());
@@ -131,6 +131,8 @@ impl<T: Elementary> Pad<'_, T> {
             sum += weight;
             place += (Vector3::from(patch.middle_mm) + edge) * weight;
         }
+        // A pad may have no patches.
+        let sum = sum + T::of(f32::MIN_POSITIVE);
         (least - T::of(TOGETHER_MM) * sum.ln(), place * (T::of(1.0) / sum))
     }
 }
