@@ -52,6 +52,9 @@ pub mod host {
     pub use crate::owned::{ModelFile, PadModelFile};
 }
 
+/// Its vectors are those of [`pad::Surface`].
+pub use nalgebra;
+
 pub use data::{Model, ModelOf, NODES, SPRINGS};
 pub use drive::{Drive, Driven, Normal, Tangential};
 pub use effects::{Contact, Effects, Surroundings};

@@ -2,12 +2,12 @@
 //!
 //! Main trait: [`Surface`]. In the body's frame z points out of it at its apex, which is the origin; the material is below.
 
+use nalgebra::Vector3;
+
 use crate::Error;
 use crate::error::Field;
 use crate::math::{Elementary, Scalar};
 use crate::tuning::Units;
-
-use nalgebra::Vector3;
 
 /// The surface of a rigid body.
 ///

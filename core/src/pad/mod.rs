@@ -11,7 +11,8 @@
 //! ```
 //!
 //! S is the energy by which the bulk stiffens under compression (squash). N_j is the energy of the normal contact of a patch, which may
-//! touch over a part of its area. c_t is the tangential compliance of a patch, and P the projection onto the tangent plane at q_j.
+//! touch over a part of its area. c_t is the tangential compliance of a patch, and P the projection onto the tangent plane at q_j. Near
+//! first touch the body is shifted along its normal (`touch.rs`), and the strengths grow and fall with the normal force.
 //!
 //! A step finds the equilibrium of b at fixed q_j. The friction of each patch is at most its strength lambda W^(1 − beta) N^beta, with its
 //! normal force N and its area W in contact. A patch that reaches its strength slips: its q_j moves, and friction dissipates the work.

@@ -1,6 +1,6 @@
 //! First touch: at which height a plane meets the finger, and how the patches come to meet it there.
 //!
-//! Main functions: [`Pad::first_touch_mm`], [`Pad::approach`]. Uses data and vector.
+//! Main functions: [`Pad::first_touch_mm`], [`Pad::approach`]. Uses body and patch.
 //!
 //! Depth counts from the height at which a plane meets the skin, a polynomial of the plane's normal. The patches are ellipsoids that
 //! stand for the skin; the first of them meets the plane up to some tenths of a millimetre earlier or later. A body is therefore shifted
@@ -16,15 +16,15 @@ use super::patch::{spread_along, times_spread};
 use super::step::axes;
 use super::{FIRST_TOUCH_TERMS, Pad};
 
-/// Depth from which on a body is not shifted, over the largest depth of the fit, where the patches meet a plane as the skin does.
+/// The shift ends at this share of the largest depth of the fit,
 const SHIFTED: f32 = 0.02;
-/// Addition to that depth over the distance by which they are off. From 2 on, a deeper body is deeper also with its shift.
+/// plus this multiple of the distance by which the patches are off. Above 2, a motion to a greater depth always goes deeper.
 const PER_DISTANCE: f32 = 3.0;
-/// The same over the largest depth of the fit, at most; a larger distance is made up for in part.
+/// It ends at this share of the largest depth at the latest. A distance for which that is too early is made up for in part.
 const MOST_SHIFTED: f32 = 0.22;
-/// Slope of a body 2 mm beside its apex, inverse, from which on it is not shifted (a ball of 20 mm): it meets other patches than a plane.
+/// A body whose slope 2 mm beside its apex is one over this is not shifted (a ball of 20 mm), since it meets other patches than a plane.
 const ROUND: f32 = 20.0;
-/// Difference of two patches' distances from a plane within which both count for its first touch, mm, and that over which one does.
+/// Patches whose distances from a plane differ by less share its first touch, mm; beyond the second length only the nearer one counts.
 const TOGETHER_MM: f32 = 0.005;
 const APART_MM: f32 = 20.0 * TOGETHER_MM;
 
