@@ -77,6 +77,31 @@
 // A model, pad, state, contact or watch that was not set up: never initialised, zeroed or unloaded.
 #define FINGERPAD_NOT_SET_UP 15
 
+// The plane z = 0, the body below it: the value of `kind` in a shape. It has no sizes.
+#define FINGERPAD_SHAPE_PLANE 0
+
+// A sphere about the origin; `size_mm[0]` is its radius.
+#define FINGERPAD_SHAPE_SPHERE 1
+
+// An ellipsoid about the origin; `size_mm` are its semi-axes along x, y and z.
+#define FINGERPAD_SHAPE_ELLIPSOID 2
+
+// A cylinder about z with round ends; `size_mm` are its radius and half its length without the ends.
+#define FINGERPAD_SHAPE_CAPSULE 3
+
+// A cylinder about z with flat ends; `size_mm` are its radius and half its length.
+#define FINGERPAD_SHAPE_CYLINDER 4
+
+// Two faces that meet in a rounded edge along x, on which the origin lies, z out between them; `size_mm[0]` is the radius of the rounding,
+// `angle_deg` the angle inside the body.
+#define FINGERPAD_SHAPE_EDGE 5
+
+// A box about the origin; `size_mm` are half its extents, `edge_radius_mm` rounds its edges.
+#define FINGERPAD_SHAPE_BOX 6
+
+// Patches of the usual pad.
+#define FEW 37
+
 // Most patches of a pad, two more than the program `fingerpad pad` makes at most.
 #define FINGERPAD_PATCHES_MAX 64
 
@@ -93,7 +118,7 @@
 #define FINGERPAD_BODY_EDGE 3
 
 // Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
-#define FINGERPAD_PAD_STATE_BYTES 1340
+#define FINGERPAD_PAD_STATE_BYTES 1852
 
 // Bytes of a saved state.
 #define FINGERPAD_STATE_BYTES 120
@@ -145,6 +170,12 @@
 
 // Flag of `status`: the body is too sharp for the patches of a pad; the answer is that of a body with the least radius that they see.
 #define FINGERPAD_STATUS_BODY_TOO_SHARP 2048
+
+// Flag of `status`: a contact in frames began inside the body; its depth counts from where it began.
+#define FINGERPAD_STATUS_BEGAN_INSIDE 4096
+
+// Flag of `status`: a contact in frames reaches beyond the edge of its face, where the model has a face as well.
+#define FINGERPAD_STATUS_BEYOND_EDGE 8192
 
 // The finger touches: the value of `change` in an event.
 #define FINGERPAD_TOUCH 0
@@ -333,6 +364,68 @@ typedef struct {
   uint32_t status;
 } fingerpad_force_response;
 
+// The model file of a pad in use: every pose of the finger, on planes, spheres, cylinders and edges. Set it up with
+// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
+typedef struct {
+  uint64_t opaque[9];
+} fingerpad_pad;
+
+// The shape of a rigid body in a frame of its own.
+typedef struct {
+  // FINGERPAD_SHAPE_PLANE and so on.
+  uint32_t kind;
+  // Sizes as the kind states, mm: 0.1 to 1e6.
+  double size_mm[3];
+  // Radius of the edges of a box, mm: 0.1 to 1e6.
+  double edge_radius_mm;
+  // Angle between the faces of an edge, degrees: 1 to 179.
+  double angle_deg;
+} fingerpad_shape;
+
+// All that a finger remembers of its contact with one body: room for any pad and for a bed. Set it up with `fingerpad_frame_init_pad` or
+// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it to go back to it in the same program.
+typedef struct {
+  uint64_t opaque[288];
+} fingerpad_frame_contact;
+
+// Pose of a body in the finger's frame. That frame is the bone's: x along the finger from proximal to distal, z out of the pad's surface
+// into the finger, y to complete a right-handed frame; the origin is where a plane first touches in the neutral pose.
+typedef struct {
+  // Place of the body's origin, mm.
+  double position_mm[3];
+  // Its orientation, in the order w, x, y, z, of unit length: rotates vectors of the body's frame into the finger's.
+  double quaternion[4];
+} fingerpad_pose;
+
+// Force and moment about the origin of a frame, along its axes.
+typedef struct {
+  // Force, N.
+  float force_n[3];
+  // Moment, N mm.
+  float moment_n_mm[3];
+} fingerpad_wrench;
+
+// Forces and state of a contact after a step.
+typedef struct {
+  // What the body exerts on the finger, in the finger's frame.
+  fingerpad_wrench on_finger;
+  // What the finger exerts on the body, in the body's frame.
+  fingerpad_wrench on_body;
+  // Depth of the body in the finger as the model has it, mm; 0 where the finger stands over no face.
+  float depth_mm;
+  // Pitch of the finger against the face, degrees.
+  float pitch_deg;
+  // Its roll, degrees.
+  float roll_deg;
+  // The face: 0 for none; 1 for a plane, a sphere, an ellipsoid and an edge; of a box 1 to 6 for +x, +y, +z, -x, -y, -z and 7 to 18 for
+  // its edges; of a capsule and a cylinder 1 for the side, 2 and 3 for the ends at +z and -z.
+  uint32_t face;
+  // The response of the model, along the axes of the face's plane.
+  fingerpad_response response;
+  // Room for later fields; 0.
+  uint32_t reserved[8];
+} fingerpad_frame_response;
+
 // What a model file says of itself.
 typedef struct {
   // Largest depth for which the model was fitted, mm, for the finger in use.
@@ -367,12 +460,6 @@ typedef struct {
   float reference;
 } fingerpad_own_column;
 
-// The model file of a pad in use: every pose of the finger, on planes, spheres, cylinders and edges. Set it up with
-// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
-typedef struct {
-  uint64_t opaque[9];
-} fingerpad_pad;
-
 // What a pad's file says of itself.
 typedef struct {
   // Number of patches of skin.
@@ -389,7 +476,7 @@ typedef struct {
   float roll_max_deg;
   // Checksum of the numbers; a saved state contains it.
   uint32_t checksum;
-  // Bytes of a saved state: 1016 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+  // Bytes of a saved state: 1312 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
   uint32_t state_bytes;
   // The file's description, JSON in UTF-8 without an end mark, inside the file.
   const char *meta;
@@ -397,13 +484,13 @@ typedef struct {
   size_t meta_length;
 } fingerpad_pad_info;
 
-// All that a contact of a pad remembers: 1332 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1008 bytes and a step made for so many,
+// All that a contact of a pad remembers: 1844 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1304 bytes and a step made for so many,
 // which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 // one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 // rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
 typedef struct {
-  uint32_t opaque[333];
+  uint32_t opaque[461];
 } fingerpad_pad_state;
 
 // The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers
@@ -603,6 +690,44 @@ int32_t fingerpad_step_forces(const fingerpad_model *model,
                               fingerpad_force_state *state,
                               fingerpad_motion motion,
                               fingerpad_force_response *response);
+
+// A finger in the air that is to touch a body of this shape, with the model of a pad and a strength factor of 1.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a kind that is none or a size out of its range, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+int32_t fingerpad_frame_init_pad(const fingerpad_pad *pad,
+                                 fingerpad_shape shape,
+                                 fingerpad_frame_contact *contact);
+
+// The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
+// of the finger. In another one its depth alone changes, by that of a finger with a radius of 21 mm.
+int32_t fingerpad_frame_init_bed(const fingerpad_model *model,
+                                 fingerpad_shape shape,
+                                 fingerpad_frame_contact *contact);
+
+// As `fingerpad_state_set_strength_factor`.
+int32_t fingerpad_frame_set_strength_factor(fingerpad_frame_contact *contact, float factor);
+
+// Moves a contact on by one step of `dt_s` seconds: `body` is the pose of the body in the finger's frame at its end. The library finds the
+// face that the finger meets, and turns the change of the pose into the motion of the model and its response into forces and moments.
+//
+// A pose that is not finite, or a quaternion that is not of unit length within 0.05 %, is flagged as FINGERPAD_STATUS_BAD_INPUT and not
+// taken. A contact begins near the surface: no deeper than the finger came closer in the step, and 1 mm; else
+// FINGERPAD_STATUS_BEGAN_INSIDE. The first step takes the pose as it is.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_NOT_SET_UP, FINGERPAD_NULL or FINGERPAD_ALIGNMENT; then nothing changes.
+int32_t fingerpad_frame_step_pad(const fingerpad_pad *pad,
+                                 fingerpad_frame_contact *contact,
+                                 const fingerpad_pose *body,
+                                 float dt_s,
+                                 fingerpad_frame_response *response);
+
+// The same with the model of a bed.
+int32_t fingerpad_frame_step_bed(const fingerpad_model *model,
+                                 fingerpad_frame_contact *contact,
+                                 const fingerpad_pose *body,
+                                 float dt_s,
+                                 fingerpad_frame_response *response);
 
 // Checks a model file and prepares a model that reads it in place: `length` bytes at an address divisible by 4, which live and
 // stay unchanged as long as the model. Takes some 20 instructions a byte.

@@ -107,6 +107,8 @@ enum class Flag : std::uint32_t {
     pose_out_of_range = FINGERPAD_STATUS_POSE_OUT_OF_RANGE,
     not_converged = FINGERPAD_STATUS_NOT_CONVERGED,
     body_too_sharp = FINGERPAD_STATUS_BODY_TOO_SHARP,
+    began_inside = FINGERPAD_STATUS_BEGAN_INSIDE,
+    beyond_edge = FINGERPAD_STATUS_BEYOND_EDGE,
 };
 
 constexpr Regime regime(const Response &response) noexcept { return static_cast<Regime>(response.regime); }

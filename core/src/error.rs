@@ -70,6 +70,8 @@ pub enum Error {
         /// Checksum of the present model.
         expected: u32,
     },
+    /// A bed of springs touches flat faces alone, and the shape has a curved one; a pad touches it.
+    Curved,
     /// A buffer is too small.
     Buffer {
         /// Bytes that are needed.
@@ -173,6 +175,7 @@ impl core::fmt::Display for Error {
             Self::OtherModel { found, expected } => {
                 write!(f, "the state was saved with another model (numbers {found:08x}, here {expected:08x})")
             }
+            Self::Curved => f.write_str("a bed of springs touches planes and boxes alone; use a pad for this shape"),
             Self::Buffer { needed } => write!(f, "the buffer is too small: {needed} bytes are needed"),
         }
     }

@@ -63,14 +63,14 @@ pub struct WatchSettings {
 }
 
 impl Default for WatchSettings {
-    /// First slip below 0.99 for eight looks or below 0.95 at once, full slip at 0.03, restick above 0.3 and above 0.995,
-    /// each for eight looks; touch and lift-off after two looks. Noise of ±5 µm on depth and slide passes these gaps in no direction
+    /// First slip below 0.99 for eight looks or below 0.95 at once, full slip at 0.1, restick above 0.3 and above 0.995,
+    /// each for eight looks; touch and lift-off after two looks. Noise of ±10 µm on depth and slide passes these gaps in no direction
     /// twice (`tests/all/watch.rs`).
     fn default() -> Self {
         Self {
             first_slip: 0.99,
             sure_slip: 0.95,
-            full_slip: 0.03,
+            full_slip: 0.1,
             partial_restick: 0.3,
             restick: 0.995,
             looks: 8,

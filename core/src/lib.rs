@@ -16,6 +16,7 @@ pub mod effects;
 mod error;
 pub mod events;
 mod example;
+pub mod frames;
 mod gradient;
 mod grip;
 mod math;

@@ -62,6 +62,10 @@ pub trait Scalar:
     fn not_negative(self) -> Self;
     /// The nearest number of single precision.
     fn to_f32(self) -> f32;
+    /// The same in double precision; exact.
+    fn to_f64(self) -> f64;
+    /// The nearest number to one of another precision. Between numbers of single precision nothing is converted.
+    fn near<R: Scalar>(x: R) -> Self;
     /// Whether it lies between two positive numbers, both included. In `f32` one comparison; NaN does not.
     fn is_between(self, low: f32, high: f32) -> bool;
     /// Whether one of two numbers has a magnitude of 2 or more or is not finite. In `f32` this tests one bit.
@@ -94,6 +98,8 @@ pub trait Elementary: Scalar {
     fn exp(self) -> Self;
     /// Sine and cosine of an angle within ±4 rad. In `f32` within 1e-7.
     fn sin_cos(self) -> (Self, Self);
+    /// Angle of the point (x, self) from the x axis, within ±pi; 0 for the origin. In `f32` within 3e-7.
+    fn atan2(self, x: Self) -> Self;
     /// Pi, rounded to the precision of the type.
     fn half_turn() -> Self;
 }
@@ -156,6 +162,23 @@ impl Elementary for f32 {
         let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, -sin) };
         if quarter & 2 == 0 { (sin, cos) } else { (-sin, -cos) }
     }
+    /// Polynomial of Cephes on the tangent of up to 22.5 degrees.
+    fn atan2(self, x: Self) -> Self {
+        use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+        let (up, along) = (self.magnitude(), x.magnitude());
+        let (less, more) = if up > along { (along, up) } else { (up, along) };
+        let (tangent, start) = if less > 0.414_213_57 * more {
+            ((less - more) / (less + more), FRAC_PI_4)
+        } else {
+            (less / (more + Self::MIN_POSITIVE), 0.0)
+        };
+        let z = tangent * tangent;
+        let p = ((8.053_744_5e-2 * z - 1.387_768_6e-1) * z + 1.997_771e-1) * z - 3.333_295e-1;
+        let angle = start + (p * z * tangent + tangent);
+        let angle = if up > along { FRAC_PI_2 - angle } else { angle };
+        let angle = if x < 0.0 { PI - angle } else { angle };
+        if self < 0.0 { -angle } else { angle }
+    }
 }
 
 impl Elementary for f64 {
@@ -167,6 +190,9 @@ impl Elementary for f64 {
     }
     fn sin_cos(self) -> (Self, Self) {
         double::sincos(self)
+    }
+    fn atan2(self, x: Self) -> Self {
+        double::atan2(self, x)
     }
     fn half_turn() -> Self {
         core::f64::consts::PI
@@ -193,6 +219,13 @@ impl Scalar for f32 {
     #[inline(always)]
     fn to_f32(self) -> f32 {
         self
+    }
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+    #[inline(always)]
+    fn near<R: Scalar>(x: R) -> Self {
+        x.to_f32()
     }
     #[inline(always)]
     fn is_between(self, low: f32, high: f32) -> bool {
@@ -231,6 +264,12 @@ impl Scalar for f64 {
     }
     fn to_f32(self) -> f32 {
         self as f32
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    fn near<R: Scalar>(x: R) -> Self {
+        x.to_f64()
     }
     fn is_between(self, low: f32, high: f32) -> bool {
         self >= low.into() && self <= high.into()
@@ -424,5 +463,20 @@ mod tests {
             let error = (f64::from(sin) - s).abs().max((f64::from(cos) - c).abs());
             assert!(error < 1.2e-7, "{x}: {error}");
         }
+    }
+
+    #[test]
+    fn angle_of_a_point() {
+        use super::Elementary;
+        for k in -3141..=3141 {
+            for size in [1e-20, 1e-3, 1.0, 1e15] {
+                let (sin, cos) = (1e-3 * f64::from(k)).sin_cos();
+                let (y, x) = ((size * sin) as f32, (size * cos) as f32);
+                let error = (f64::from(Elementary::atan2(y, x)) - f64::from(y).atan2(f64::from(x))).abs();
+                assert!(error < 3e-7, "{y} {x}: {error}");
+            }
+        }
+        assert_eq!(Elementary::atan2(0.0f32, 0.0), 0.0);
+        assert!(Elementary::atan2(f32::NAN, 1.0).is_nan());
     }
 }

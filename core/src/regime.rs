@@ -110,6 +110,11 @@ bitflags::bitflags! {
         /// The body is too sharp for the patches of the pad; the response is that of a body with the least radius
         /// ([`crate::pad::Pad::least_radii_mm`]).
         const BODY_TOO_SHARP = 1 << 11;
+        /// The contact began inside the body; its depth counts from where it began (see [`crate::frames`]).
+        const BEGAN_INSIDE = 1 << 12;
+        /// The contact, as a disk of its area about the centre of pressure, reaches beyond the edge of the face, where the model has a face
+        /// as well.
+        const BEYOND_EDGE = 1 << 13;
     }
 }
 

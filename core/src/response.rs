@@ -14,9 +14,10 @@ use crate::{Regime, Status};
 pub struct Motion<T = f32> {
     /// Depth at the end of the step, mm, positive into the finger; 0 or less is no contact.
     pub depth_mm: T,
-    /// Slide of the plane against the finger's base during the step, mm.
+    /// Slide of the plane against the finger's base during the step, mm: motion of a plane at its foot, the point under first touch, or of
+    /// the apex of a curved body.
     pub slide_increment_mm: [T; 2],
-    /// Turn of the plane about its normal, through the point under first touch, during the step, rad: counter-clockwise
+    /// Turn of the plane about its normal through the foot, or of a curved body through its apex, during the step, rad: counter-clockwise
     /// seen from the finger. Only a contact with spin ([`crate::SpinState`]) follows it; another flags it.
     pub spin_increment_rad: T,
     /// Length of the step, s, > 0. The law itself is rate-independent.

@@ -31,9 +31,9 @@ use crate::math::Scalar;
 use crate::spring::DIV_EPS;
 
 /// Least slide that counts as a reversal, mm: more than the diagonal of a square of ±5 µm.
-pub(crate) const REVERSAL_DEADBAND_MM: f32 = 0.0145;
+pub(crate) const REVERSAL_DEADBAND_MM: f32 = 0.029;
 /// Least change of depth whose effect on the limit counts, mm.
-pub(crate) const GROWTH_DEADBAND_MM: f32 = 0.0125;
+pub(crate) const GROWTH_DEADBAND_MM: f32 = 0.025;
 /// k: growth of friction over growth of the limit, up to which a growing contact sticks.
 const GROWTH: f32 = 0.8;
 /// A limit up to this multiple of the limit before the growth counts as equal to it.

@@ -93,7 +93,9 @@ impl<'a, T: Scalar + Into<f64>> Ride<'a, T> {
         let pitch = 0.5 * (self.at[4] + next[4]);
         let rise = self.height_mm(&next) - self.height_mm(&self.at);
         let turned = [-way[5] * pitch.cos(), -way[4], way[3] + way[5] * pitch.sin()];
-        let parts = [mean(0).0 * way[0], mean(1).0 * way[1], mean(2).0 * rise];
+        // A curved body spins about its apex: the point of it at the foot goes round.
+        let [x, y] = [0, 1].map(|k| if self.body == Body::Plane { 0.0 } else { 0.5 * (self.at[k] + next[k]) });
+        let parts = [mean(0).0 * (way[0] + way[3] * y), mean(1).0 * (way[1] - way[3] * x), mean(2).0 * rise];
         let turning = (0..3).map(|k| mean(k).1 * turned[k]);
         let done: f64 = parts.into_iter().chain(turning).sum();
         self.work_mj[0] += done;

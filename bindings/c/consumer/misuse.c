@@ -430,6 +430,35 @@ static void pad_numbers(fingerpad_pad *pad)
     must(fingerpad_pad_tune(pad, 1.0f, 1.0f, 1.0f), "tune");
 }
 
+static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model)
+{
+    static fingerpad_frame_contact zeroed, contact;
+    fingerpad_shape shape = {FINGERPAD_SHAPE_SPHERE, {10.0, 0.0, 0.0}, 0.0, 0.0};
+    /* A ball below the finger in its neutral pose. */
+    const fingerpad_pose below = {{4.6, 0.0, -7.97}, {0.9659258262890683, 0.0, -0.25881904510252074, 0.0}};
+    const fingerpad_pose none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}};
+    fingerpad_frame_response r;
+    expect(fingerpad_frame_step_pad(pad, &zeroed, &below, 1e-3f, &r), FINGERPAD_NOT_SET_UP, "a zeroed contact in frames");
+    expect(fingerpad_frame_init_bed(model, shape, &contact), FINGERPAD_RANGE, "a bed on a ball");
+    must(fingerpad_frame_init_pad(pad, shape, &contact), "a contact in frames");
+    expect(fingerpad_frame_step_bed(model, &contact, &below, 1e-3f, &r), FINGERPAD_NOT_SET_UP, "a step of a bed for a pad's contact");
+    expect(fingerpad_frame_step_pad(pad, NULL, &below, 1e-3f, &r), FINGERPAD_NULL, "no contact in frames");
+    expect(fingerpad_frame_step_pad(pad, &contact, NULL, 1e-3f, &r), FINGERPAD_NULL, "no pose");
+    expect(fingerpad_frame_step_pad(pad, &contact, &below, 1e-3f, NULL), FINGERPAD_NULL, "no response in frames");
+    must(fingerpad_frame_step_pad(pad, &contact, &below, 1e-3f, &r), "step in frames");
+    expect_true(r.face == 1 && r.response.status == 0 && r.depth_mm > 0.5f, "a ball below the finger");
+    must(fingerpad_frame_step_pad(pad, &contact, &none, 1e-3f, &r), "step to no pose");
+    expect_true(r.response.status == FINGERPAD_STATUS_BAD_INPUT && r.depth_mm > 0.5f, "a quaternion of length 0 is not taken");
+    expect(fingerpad_frame_set_strength_factor(&contact, 9.0f), FINGERPAD_RANGE, "a strength factor in frames");
+    expect(fingerpad_frame_set_strength_factor(&zeroed, 1.0f), FINGERPAD_NOT_SET_UP, "strength of a zeroed contact in frames");
+    shape.kind = FINGERPAD_SHAPE_BOX;
+    expect(fingerpad_frame_init_pad(pad, shape, &contact), FINGERPAD_RANGE, "a box without extents");
+    shape.size_mm[1] = shape.size_mm[2] = 10.0;
+    shape.edge_radius_mm = 1.0;
+    must(fingerpad_frame_init_bed(model, shape, &contact), "a bed on a box");
+    must(fingerpad_frame_step_bed(model, &contact, &below, 1e-3f, &r), "step of a bed in frames");
+}
+
 static void pads(const model_file *bed, const model_file *file, const model_file *halved)
 {
     fingerpad_pad pad, many;
@@ -441,6 +470,11 @@ static void pads(const model_file *bed, const model_file *file, const model_file
     pad_buffers(&pad);
     pad_bodies(&pad);
     pad_numbers(&pad);
+    {
+        fingerpad_model model;
+        must(fingerpad_model_load(&model, bytes_of(bed), bed->length), "bed");
+        frame_handles(&pad, &model);
+    }
 }
 
 int main(int argc, char **argv)

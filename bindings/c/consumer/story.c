@@ -14,6 +14,7 @@ static fingerpad_pad pad;
 static fingerpad_pad_info pad_info;
 static fingerpad_body body;
 static fingerpad_pad_state pad_state;
+static fingerpad_frame_contact framed;
 
 /* The words of a line behind its name; a line has at most eleven. */
 static size_t words_of(const char *line, float *numbers)
@@ -292,6 +293,51 @@ static void pad_step(const float *f)
     print_response(&r);
 }
 
+/* A contact in frames; the old one stays where the shape cannot be. */
+static void begin_framed(const char *line)
+{
+    fingerpad_shape shape;
+    float f[11];
+    unsigned kind;
+    int used = 0;
+    if (sscanf(line, "%x%n", &kind, &used) != 1 || words_of(line + used, f) != 5) {
+        (void)printf("not understood");
+        return;
+    }
+    shape.kind = kind;
+    shape.size_mm[0] = (double)f[0];
+    shape.size_mm[1] = (double)f[1];
+    shape.size_mm[2] = (double)f[2];
+    shape.edge_radius_mm = (double)f[3];
+    shape.angle_deg = (double)f[4];
+    (void)printf("%d", (int)fingerpad_frame_init_pad(&pad, shape, &framed));
+}
+
+static void frame_step(const float *f)
+{
+    fingerpad_pose pose;
+    fingerpad_frame_response r;
+    float numbers[3];
+    int i;
+    for (i = 0; i < 3; i++) {
+        pose.position_mm[i] = (double)f[i];
+    }
+    for (i = 0; i < 4; i++) {
+        pose.quaternion[i] = (double)f[3 + i];
+    }
+    must(fingerpad_frame_step_pad(&pad, &framed, &pose, f[7], &r), "step in frames");
+    print_words(r.on_finger.force_n, 3);
+    print_words(r.on_finger.moment_n_mm, 3);
+    print_words(r.on_body.force_n, 3);
+    print_words(r.on_body.moment_n_mm, 3);
+    numbers[0] = r.depth_mm;
+    numbers[1] = r.pitch_deg;
+    numbers[2] = r.roll_deg;
+    print_words(numbers, 3);
+    (void)printf(" %u", (unsigned)r.face);
+    print_response(&r.response);
+}
+
 static void print_patches(void)
 {
     static fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
@@ -354,6 +400,10 @@ static int answer_of_pad(const char *name, const char *rest, const float *f, siz
         (void)printf("%d", (int)fingerpad_pad_state_set_strength_factor(&pad_state, f[0]));
     } else if (strcmp(name, "pad-step") == 0) {
         pad_step(f);
+    } else if (strcmp(name, "shape") == 0) {
+        begin_framed(rest);
+    } else if (strcmp(name, "pose") == 0) {
+        frame_step(f);
     } else if (strcmp(name, "patches") == 0) {
         print_patches();
     } else if (strcmp(name, "pad-save") == 0) {

@@ -14,6 +14,9 @@ mod codes;
 mod contact;
 mod driven;
 mod forces;
+// Poses are in double precision, which a microcontroller has in software only.
+#[cfg(not(target_os = "none"))]
+mod frames;
 mod model;
 mod pad;
 mod pad_state;

@@ -9,6 +9,8 @@ use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGER
 use crate::pad_state::state_bytes;
 use crate::pointer::{exclusive, items, shared, write};
 
+/// Patches of the usual pad.
+pub const FEW: usize = 37;
 /// Most patches of a pad, two more than the program `fingerpad pad` makes at most.
 pub const FINGERPAD_PATCHES_MAX: usize = 64;
 
@@ -45,7 +47,7 @@ pub struct fingerpad_pad_info {
     pub roll_max_deg: f32,
     /// Checksum of the numbers; a saved state contains it.
     pub checksum: u32,
-    /// Bytes of a saved state: 1016 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+    /// Bytes of a saved state: 1312 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
     pub state_bytes: u32,
     /// The file's description, JSON in UTF-8 without an end mark, inside the file.
     pub meta: *const c_char,
@@ -87,6 +89,11 @@ const _: () = {
 };
 
 impl LoadedPad {
+    /// Whether its states are of the smaller size.
+    pub fn is_small(&self) -> bool {
+        self.pad.patches.len() <= FEW
+    }
+
     /// Checksum of the numbers.
     pub fn checksum(&self) -> u32 {
         self.pad.checksum()

@@ -4,22 +4,22 @@ use fingerpad::pad::{Body, Pad, PadState, PatchState, pad_state_bytes};
 use fingerpad::{Motion, Response};
 
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
-use crate::pad::{FINGERPAD_PATCHES_MAX, LoadedPad, fingerpad_body, fingerpad_pad, loaded_pad};
+use crate::pad::{FEW, FINGERPAD_PATCHES_MAX, LoadedPad, fingerpad_body, fingerpad_pad, loaded_pad};
 use crate::pointer::{check, exclusive, items, items_mut, shared, write};
 use crate::types::fingerpad_response;
 
 /// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
-pub const FINGERPAD_PAD_STATE_BYTES: usize = 1340;
+pub const FINGERPAD_PAD_STATE_BYTES: usize = 1852;
 
-/// All that a contact of a pad remembers: 1332 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
-/// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1008 bytes and a step made for so many,
+/// All that a contact of a pad remembers: 1844 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
+/// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1304 bytes and a step made for so many,
 /// which needs less stack and time. Set it up with `fingerpad_pad_state_init` or `fingerpad_pad_state_init_over`. A state belongs to
 /// one pad, one tuning and one body. Plain memory: copy it to go back to it in the same program (a step that is tried and
 /// rejected); `fingerpad_pad_state_save` makes bytes that can be checked when they are read.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_pad_state {
-    opaque: [u32; 333],
+    opaque: [u32; 461],
 }
 
 /// What the body does in one step, and the finger's pose at its end.
@@ -61,8 +61,6 @@ pub struct fingerpad_patch {
     pub used: f32,
 }
 
-/// Patches of the usual pad, and most of any.
-const FEW: usize = 37;
 const MANY: usize = FINGERPAD_PATCHES_MAX;
 
 /// What is inside of a `fingerpad_pad_state`: the mark of a state of that size, and the state, of which any bits are one.
@@ -99,14 +97,9 @@ macro_rules! with_memory {
     };
 }
 
-/// Whether states of a pad are of the smaller size.
-fn is_small(pad: &LoadedPad) -> bool {
-    pad.pad.patches.len() <= FEW
-}
-
 /// Bytes of a saved state of a pad.
 pub fn state_bytes(pad: &LoadedPad) -> usize {
-    pad_state_bytes(if is_small(pad) { FEW } else { MANY })
+    pad_state_bytes(if pad.is_small() { FEW } else { MANY })
 }
 
 /// A state to change.
@@ -130,7 +123,7 @@ unsafe fn memory_of<'a>(
 ) -> Result<Memory<&'a mut PadState<FEW>, &'a mut PadState<MANY>>, i32> {
     // SAFETY: the caller's promise.
     let memory = unsafe { memory(state) }?;
-    if matches!(memory, Memory::Few(_)) == is_small(pad) { Ok(memory) } else { Err(FINGERPAD_NOT_SET_UP) }
+    if matches!(memory, Memory::Few(_)) == pad.is_small() { Ok(memory) } else { Err(FINGERPAD_NOT_SET_UP) }
 }
 
 /// A state of a pad to read.
@@ -197,7 +190,7 @@ pub unsafe extern "C" fn fingerpad_pad_state_init(pad: *const fingerpad_pad, sta
     let made = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        let fresh = if is_small(pad) {
+        let fresh = if pad.is_small() {
             Memory::Few(PadState::new(&pad.pad).map_err(code)?)
         } else {
             Memory::Many(PadState::new(&pad.pad).map_err(code)?)
@@ -227,7 +220,7 @@ pub unsafe extern "C" fn fingerpad_pad_state_init_over(
             return Err(FINGERPAD_RANGE);
         }
         let pose_deg = [pitch_deg, roll_deg];
-        let fresh = if is_small(pad) {
+        let fresh = if pad.is_small() {
             Memory::Few(PadState::over(&pad.pad, pose_deg).map_err(code)?)
         } else {
             Memory::Many(PadState::over(&pad.pad, pose_deg).map_err(code)?)
@@ -347,7 +340,7 @@ pub unsafe extern "C" fn fingerpad_pad_state_restore(
     let restored = || {
         // SAFETY: the caller's promise.
         let (pad, bytes) = unsafe { (loaded_pad(pad)?, items(bytes, length)?) };
-        let read = if is_small(pad) {
+        let read = if pad.is_small() {
             Memory::Few(PadState::read_bytes(pad.checksum(), bytes).map_err(code)?)
         } else {
             Memory::Many(PadState::read_bytes(pad.checksum(), bytes).map_err(code)?)

@@ -33,8 +33,14 @@ pub const FINGERPAD_STATUS_POSE_OUT_OF_RANGE: u32 = 512;
 pub const FINGERPAD_STATUS_NOT_CONVERGED: u32 = 1024;
 /// Flag of `status`: the body is too sharp for the patches of a pad; the answer is that of a body with the least radius that they see.
 pub const FINGERPAD_STATUS_BODY_TOO_SHARP: u32 = 2048;
+/// Flag of `status`: a contact in frames began inside the body; its depth counts from where it began.
+pub const FINGERPAD_STATUS_BEGAN_INSIDE: u32 = 4096;
+/// Flag of `status`: a contact in frames reaches beyond the edge of its face, where the model has a face as well.
+pub const FINGERPAD_STATUS_BEYOND_EDGE: u32 = 8192;
 
 const _: () = {
+    assert!(FINGERPAD_STATUS_BEGAN_INSIDE == Status::BEGAN_INSIDE.0);
+    assert!(FINGERPAD_STATUS_BEYOND_EDGE == Status::BEYOND_EDGE.0);
     assert!(FINGERPAD_STATUS_BAD_INPUT == Status::BAD_INPUT.0);
     assert!(FINGERPAD_STATUS_BAD_TIME_STEP == Status::BAD_TIME_STEP.0);
     assert!(FINGERPAD_STATUS_DEPTH_ABOVE_RANGE == Status::DEPTH_ABOVE_RANGE.0);

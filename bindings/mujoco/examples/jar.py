@@ -49,7 +49,7 @@ def finger(name, angle):
         <joint name="{name}" type="slide" axis="0 0 -1" range="-0.012 0.012" damping="3"/>
         <geom name="{name}" type="capsule" size="0.0075" fromto="-0.003 0 0.0078 -0.035 0 0.016" mass="0.03" contype="0" conaffinity="0"/>
         <geom type="capsule" size="0.007" fromto="-0.035 0 0.016 -0.07 0 0.002" mass="0.03" contype="0" conaffinity="0" rgba="0.8 0.62 0.5 1"/>
-        <site name="{name}" size="0.001"/>
+        <site name="{name}" size="0.001" euler="0 30 0"/>
       </body>"""
 
 

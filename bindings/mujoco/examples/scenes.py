@@ -105,13 +105,13 @@ def grip(
       <body name="left_finger">
         <geom type="capsule" size="0.004" fromto="-0.05 0 0 -0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
         {pad.format("left", -half - 0.008)}
-        <site name="left" pos="{-half} 0 0" xyaxes="0 0 1 0 1 0"/>
+        <site name="left" pos="{-half} 0 0" xyaxes="0.5 0 0.8660254037844386 0 1 0"/>
       </body>
       <body name="right_finger">
         <joint name="grip" type="slide" axis="-1 0 0" damping="2" range="-0.02 0.02"/>
         <geom type="capsule" size="0.004" fromto="0.05 0 0 0.03 0 0" mass="0.02" contype="0" conaffinity="0"/>
         {pad.format("right", half + 0.008)}
-        <site name="right" pos="{half} 0 0" xyaxes="0 0 1 0 -1 0"/>
+        <site name="right" pos="{half} 0 0" xyaxes="-0.5 0 0.8660254037844386 0 -1 0"/>
       </body>
     </body>
     <body name="object">
@@ -176,7 +176,7 @@ def one_slide(timestep=0.001, integrator="RK4", depth_mm=1.5, mass=MASS_KG, **at
   <size nuserdata="4"/>
   {extension(instance("finger", "finger", "object", **attributes))}
   <worldbody>
-    <site name="finger" pos="{-HALF_WIDTH + depth_mm / 1000} 0 0" xyaxes="0 0 1 0 1 0"/>
+    <site name="finger" pos="{-HALF_WIDTH + depth_mm / 1000} 0 0" xyaxes="0.5 0 0.8660254037844386 0 1 0"/>
     <body name="object">
       <joint name="fall" type="slide" axis="0 0 1"/>
       <geom name="object" type="box" size="{HALF_WIDTH} 0.02 0.03" mass="{mass}"/>

@@ -9,7 +9,7 @@ static const mjtNum MM_PER_M = 1000;
 static const mjtNum NO_LIMIT_S = 1;
 
 /* A pad of up to so many patches has states of so many words; one of more fills the whole of a state. */
-enum { FEW_PATCHES = 37, FEW_WORDS = 301 };
+enum { FEW_PATCHES = 37, FEW_WORDS = 326 };
 
 /* ---- memory ---- */
 
@@ -61,7 +61,7 @@ void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
   for (int i = 0; i < count; i++) words[i] = word_of(numbers[NUMBERS_BESIDE + i]);
   past->last.face = (int)mju_clip(numbers[0], 0, EDGE_FACE);
   past->status = (int)mju_clip(numbers[1], 0, 65535);
-  mju_copy(past->foot, numbers + 2, 2);
+  mju_copy(past->place, numbers + 2, 2);
   past->angle = numbers[4];
   mju_copy3(past->rest, numbers + 5);
   mju_copy3(past->last.apex, numbers + 8);
@@ -70,6 +70,7 @@ void memory_read(memory* past, const settings* s, const mjtNum* numbers) {
   past->stable = (known_stability){.step_s = stable[0], .calm_s = stable[1], .depth_mm = stable[2], .touching = stable[3]};
   mju_copy(past->stable.stiffness, stable + 4, TRIANGLE);
   mju_copy(past->by_constraints, stable + 4 + TRIANGLE, AXES);
+  past->start = stable[4 + TRIANGLE + AXES];
   mju_copy((mjtNum*)&past->last.local, numbers + NUMBERS_BESIDE - LOCAL_NUMBERS, LOCAL_NUMBERS);
   if (!is_shape(&past->last)) past->last = (last_face){.face = NO_FACE};
 }
@@ -79,7 +80,7 @@ void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
   int count = words_of(s);
   numbers[0] = past->last.face;
   numbers[1] = past->status;
-  mju_copy(numbers + 2, past->foot, 2);
+  mju_copy(numbers + 2, past->place, 2);
   numbers[4] = past->angle;
   mju_copy3(numbers + 5, past->rest);
   mju_copy3(numbers + 8, past->last.apex);
@@ -91,6 +92,7 @@ void memory_write(const memory* past, const settings* s, mjtNum* numbers) {
   stable[3] = past->stable.touching;
   mju_copy(stable + 4, past->stable.stiffness, TRIANGLE);
   mju_copy(stable + 4 + TRIANGLE, past->by_constraints, AXES);
+  stable[4 + TRIANGLE + AXES] = past->start;
   mju_copy(numbers + NUMBERS_BESIDE - LOCAL_NUMBERS, (const mjtNum*)&past->last.local, LOCAL_NUMBERS);
   for (int i = 0; i < count; i++) numbers[NUMBERS_BESIDE + i] = words[i];
 }
@@ -109,14 +111,18 @@ static mjtNum depth_mm(const settings* s, const placement* here) {
   return sinks - MM_PER_M * here->height;
 }
 
-/* Slide of the face seen from the finger, mm, and its spin, rad, from the last step to here. */
-static void motion_of(const memory* past, const placement* here, mjtNum motion[3]) {
-  mjtNum turn = remainder(here->angle - past->angle, 2 * mjPI), middle = past->angle + turn / 2;
-  mjtNum u = MM_PER_M * (here->foot[0] - past->foot[0]), v = MM_PER_M * (here->foot[1] - past->foot[1]);
+/* Slide of the face seen from the finger, mm, and its spin, rad, from the last step to here, which becomes the last. A plane moves at
+ * the foot; of a round face the apex moves. */
+static void motion_of(memory* past, const placement* here, mjtNum motion[3]) {
+  int is_plane = here->body.kind == FINGERPAD_BODY_PLANE;
+  mjtNum turn = remainder(here->angle - past->angle, 2 * mjPI), along = is_plane ? past->angle + turn / 2 : here->angle;
+  mjtNum u = here->foot[0] - (is_plane ? past->place[0] : past->start), v = here->foot[1] - (is_plane ? past->place[1] : 0);
   /* The face goes one way when the finger goes the other. */
-  motion[0] = -(u * cos(middle) + v * sin(middle));
-  motion[1] = -(v * cos(middle) - u * sin(middle));
+  const mjtNum apex[2] = {-(u * cos(along) + v * sin(along)), -(v * cos(along) - u * sin(along))};
+  for (int i = 0; i < 2; i++) motion[i] = MM_PER_M * (apex[i] - (is_plane ? 0 : past->place[i]));
   motion[2] = -turn;
+  mju_copy(past->place, is_plane ? here->foot : apex, 2);
+  past->angle = here->angle;
 }
 
 /* The motion in single precision. The rounding error is kept and added to the next step, so that errors do not accumulate. */
@@ -148,14 +154,14 @@ static void model_step(
 static void begin(memory* past, const settings* s, const placement* here, float strength_factor) {
   memory_clear(past, s, strength_factor);
   past->last.face = here->face;
-  mju_copy(past->foot, here->foot, 2);
-  past->angle = here->angle;
   mju_copy3(past->last.apex, here->apex);
   past->last.local = here->local;
-  if (here->body.kind == FINGERPAD_BODY_PLANE) return;
-  past->angle = 0;
-  past->foot[1] = 0;
-  if (here->body.kind != FINGERPAD_BODY_CYLINDER) past->foot[0] = 0;
+  if (here->body.kind == FINGERPAD_BODY_PLANE) {
+    mju_copy(past->place, here->foot, 2);
+    past->angle = here->angle;
+  } else if (here->body.kind != FINGERPAD_BODY_SPHERE) {
+    past->start = here->foot[0];
+  }
 }
 
 /* Whether the contact, as a disk of its area about the centre of pressure, reaches beyond the edge of the face. */
@@ -200,8 +206,6 @@ outcome contact_step(memory* past, const settings* s, const placement* here, int
   float single[3];
   motion_of(past, here, motion);
   rounded(past, motion, single);
-  mju_copy(past->foot, here->foot, 2);
-  past->angle = here->angle;
   now.depth_mm = (float)depth_mm(s, here);
   model_step(past, s, here, single, now.depth_mm, dt, &now.model);
   now.status |= now.model.status;

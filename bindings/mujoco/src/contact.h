@@ -11,7 +11,7 @@
 
 /* Numbers that the plugin's state holds for one contact beside the words of the model's memory: those of `memory` other than
  * `model`. */
-#define NUMBERS_BESIDE 53
+#define NUMBERS_BESIDE 54
 /* Numbers of a sensor for one contact; fingerpad_mujoco.py names them. */
 #define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
@@ -37,7 +37,10 @@ typedef struct {
 /* All that a contact remembers from one step taken to the next. */
 typedef struct {
   last_face last;
-  mjtNum foot[2], angle;
+  /* Place of a plane's foot in its own coordinates; of a round face the place of its apex along x and y from the foot; m. */
+  mjtNum place[2], angle;
+  /* Place along a round face's axis at which the contact began: there it is the same everywhere. */
+  mjtNum start;
   /* Slide along x and y, mm, and spin, rad, that single precision left out so far. */
   mjtNum rest[3];
   int status;

@@ -406,10 +406,11 @@ int place(placement* here, const settings* s, const mjModel* m, const mjData* d,
   if (!(is_finite(tip, 3) && is_finite(axes, 9) && is_finite(d->geom_xpos + 3 * geom, 3) && is_finite(turn, 9))) return -1;
 
   seen_site site;
-  mjtNum apart[3];
+  mjtNum apart[3], own[9];
   mju_sub3(apart, tip, d->geom_xpos + 3 * geom);
   mju_mulMatTVec3(site.at, turn, apart);
-  mju_mulMatTMat(site.axes, turn, axes, 3, 3, 3);
+  mju_mulMatTMat(own, turn, axes, 3, 3, 3);
+  mju_mulMatMat(site.axes, own, s->level, 3, 3, 3);
   geom_shape g = shape_of(s, m, slot);
   here->face = choose_face(here->apex, &here->local, s, &g, &site, old);
   if (here->face == NO_FACE) {

@@ -16,7 +16,7 @@
 #define MESH_FACE 1
 #define EDGE_FACE 7
 
-/* A site in the geom's frame: its place, and its axes as columns. */
+/* A site in the geom's frame: its place, and its level axes as columns, which are those of a plane in the neutral pose. */
 typedef struct {
   mjtNum at[3], axes[9];
 } seen_site;

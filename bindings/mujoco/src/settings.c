@@ -199,6 +199,16 @@ static int load(settings* s, size_t length) {
   return code == FINGERPAD_SECTION ? fingerpad_model_load(&s->bed, s->file, length) : code;
 }
 
+/* The level axes of a finger in its own frame, as columns: those of the plane in the neutral pose. */
+static void find_level(settings* s) {
+  fingerpad_model_info bed = {0};
+  if (!s->is_pad) fingerpad_model_describe(&s->bed, &bed);
+  mjtNum pitch = (s->is_pad ? s->pad_info.neutral_pitch_deg : bed.pitch_deg) * mjPI / 180, roll = bed.roll_deg * mjPI / 180;
+  mjtNum ps = sin(pitch), pc = cos(pitch), rs = sin(roll), rc = cos(roll);
+  const mjtNum level[9] = {pc, -ps * rs, -ps * rc, 0, rc, -rs, ps, pc * rs, pc * rc};
+  mju_copy(s->level, level, 9);
+}
+
 /* Refuses an attribute that the kind of model has no use for. */
 static int read_none(const mjModel* m, int instance, const char* name, const char* why) {
   const char* value = value_of(m, instance, name);
@@ -324,6 +334,7 @@ int settings_read(settings* s, const mjModel* m, int instance) {
     return -1;
   }
   s->edge_radius /= 1000;
+  find_level(s);
   if (userdata != floor(userdata)) {
     return refuse(m, instance, "strength_userdata", value_of(m, instance, "strength_userdata"), "not a whole number");
   }

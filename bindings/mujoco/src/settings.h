@@ -23,6 +23,8 @@ typedef struct {
   fingerpad_model bed;
   fingerpad_pad pad;
   fingerpad_pad_info pad_info;
+  /* The finger's level axes in the site's frame, as columns: those of a plane in the neutral pose. */
+  mjtNum level[9];
   /* Of a pad: stiffness of the patches over the area in contact, N/m per mm², while its bulk stays as it is. */
   mjtNum patch_stiffness;
   int site, geom_count, geoms[GEOMS_MAX];

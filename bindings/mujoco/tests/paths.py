@@ -64,7 +64,7 @@ def scene(geom="box", radius=HALF, **attributes):
   {scenes.extension(scenes.instance("finger", **attributes))}
   {asset}
   <worldbody>
-    <body name="finger"><freejoint/><geom size="0.01" mass="1" contype="0" conaffinity="0"/><site name="finger"/></body>
+    <body name="finger"><freejoint/><geom size="0.01" mass="1" contype="0" conaffinity="0"/><site name="finger" euler="0 30 0"/></body>
     {what}
   </worldbody>
   <sensor>{scenes.sensor("finger")}</sensor>

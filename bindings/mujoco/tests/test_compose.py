@@ -14,7 +14,7 @@ HAND = f"""<mujoco>
     <body name="finger" pos="0 0 -0.001">
       <joint name="press" type="slide" axis="0 0 1"/>
       <geom name="bone" type="sphere" size="0.005" mass="0.02" contype="0" conaffinity="0"/>
-      <site name="tip"/>
+      <site name="tip" euler="0 30 0"/>
     </body>
     {{more}}
   </worldbody>

@@ -189,7 +189,7 @@ def test_instances_and_geoms_do_not_disturb_each_other():
         bodies = "".join(
             f'<body name="{name}" pos="0 {0.1 * i} 0.0"><joint name="{name}" type="slide" axis="0 0 1"/>'
             f'<joint name="{name}x" type="slide" axis="1 0 0"/>'
-            f'<geom size="0.005" mass="0.05" contype="0" conaffinity="0"/><site name="{name}" pos="0 0 -0.001"/></body>'
+            f'<geom size="0.005" mass="0.05" contype="0" conaffinity="0"/><site name="{name}" pos="0 0 -0.001" euler="0 30 0"/></body>'
             for i, name in enumerate(names)
         )
         return f"""<mujoco>{scenes.extension(*instances)}<worldbody><geom name="floor" type="plane" size="1 1 1"/>

@@ -10,6 +10,8 @@ import fingerpad_mujoco
 import hold
 import scenes
 
+SITE = '<site name="finger" euler="0 30 0"/>'
+
 
 def why_refused(scene, capfd, folder):
     """All that MuJoCo says when it refuses a scene: the exception and the warning before it."""
@@ -56,7 +58,7 @@ def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd
     value = value.format(cut=own_folder / "cut.fpm", text=own_folder / "text.fpm")
     more = '<geom name="nail" type="box" size="1 1 1"/><geom name="ball" size="1"/><geom name="wedge" type="mesh" mesh="wedge"/>'
     assets = '<asset><mesh name="wedge" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>'
-    scene = paths.scene(**{attribute: value}).replace('<site name="finger"/>', '<site name="finger"/>' + more).replace("<worldbody>", assets)
+    scene = paths.scene(**{attribute: value}).replace(SITE, SITE + more).replace("<worldbody>", assets)
     said = why_refused(scene, capfd, own_folder)
     assert reason in said, said
     if attribute not in ("gripping", "pose"):

@@ -71,7 +71,7 @@ impl<const P: usize> Group for Springs<P> {
         }
     }
 
-    fn save(&self) -> Result<Vec<u8>, Error> {
+    fn save(&self) -> Result<Vec<u8>, Refused> {
         let (one, model) = (state_bytes(SPRINGS, P), self.data.checksum());
         let mut bytes = vec![0; one * self.states.len()];
         for (state, out) in self.states.iter().zip(bytes.chunks_exact_mut(one)) {
@@ -91,7 +91,7 @@ impl<const P: usize> Group for Springs<P> {
         Ok(())
     }
 
-    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error> {
+    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Refused> {
         let model = self.data.model_unchecked().tuned(self.tuning)?;
         for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
             let (depth_mm, factor) = (state.depth_mm(), state.strength_factor());
@@ -213,7 +213,7 @@ fn batch<const P: usize>(
         for (i, out) in out[FORCES * start..FORCES * end].chunks_exact_mut(FORCES).enumerate() {
             write_floats(numbers.each_ref().map(|of_kind| of_kind[i]), out);
             out[REGIME] = regimes[i] as u32;
-            out[REGIME + 1] = u32::from(statuses[i].0);
+            out[REGIME + 1] = statuses[i].0;
         }
     }
 }

@@ -5,13 +5,15 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use fingerpad::events::{Change, WatchSettings};
+use fingerpad::frames::Shape;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::bed::Springs;
 use crate::error::{self, wrong_length};
-use crate::group::{Bed, DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Refused, Row};
+use crate::frames::{self, BedOf, FRAMES, PadOf, Placed, Pose};
+use crate::group::{Bed, DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Row};
 use crate::model::Model;
 use crate::pad::{self, Pad, Patches};
 
@@ -27,6 +29,7 @@ pub struct Contacts {
 type Matrix<'py> = PyReadonlyArray2<'py, f32>;
 
 /// Numbers of all steps and contacts, a row a step; empty where there are none.
+#[derive(Default)]
 struct Inputs<'a> {
     depth_mm: &'a [f32],
     slide_x_mm: &'a [f32],
@@ -35,6 +38,7 @@ struct Inputs<'a> {
     strength_factor: &'a [f32],
     pitch_deg: &'a [f32],
     roll_deg: &'a [f32],
+    poses: &'a [Pose],
     dt_s: &'a [f32],
     count: usize,
 }
@@ -64,6 +68,7 @@ impl<'a> Inputs<'a> {
             strength_factor: or_none(strength)?,
             pitch_deg: or_none(pitch)?,
             roll_deg: or_none(roll)?,
+            poses: &[],
             dt_s,
             count,
         })
@@ -80,6 +85,7 @@ impl<'a> Inputs<'a> {
                 strength_factor: of(self.strength_factor),
                 pitch_deg: of(self.pitch_deg),
                 roll_deg: of(self.roll_deg),
+                poses: self.poses.get(self.count * k..self.count * (k + 1)).unwrap_or(&[]),
                 dt_s,
             }
         })
@@ -184,6 +190,57 @@ impl Contacts {
         Ok(Self::of(group, poses_deg.len(), patches))
     }
 
+    /// Of the frames of a Model or a Pad and of bodies of a shape: its kind and its sizes.
+    #[staticmethod]
+    fn in_frames(model: &Bound<'_, PyAny>, kind: &str, sizes: Vec<f64>, count: usize) -> PyResult<Self> {
+        fn of<O: frames::Owner>(owner: O, shape: Shape, count: usize) -> PyResult<Box<dyn Group>> {
+            Ok(Box::new(Placed::new(owner, shape, count).map_err(error::model)?.ok_or_else(|| no_room(count))?))
+        }
+        let shape =
+            frames::shape(kind, &sizes).ok_or_else(|| error::input(format!("shape: a {kind} of {sizes:?} is none")))?;
+        let group = if let Ok(pad) = model.cast::<Pad>() {
+            let pad = pad.get();
+            let (tables, tuning) = (pad.tables.clone(), pad.tuning);
+            match pad.patches() {
+                ..=pad::USUAL => of(PadOf::<{ pad::USUAL }> { tables, tuning }, shape, count)?,
+                _ => of(PadOf::<{ pad::MOST }> { tables, tuning }, shape, count)?,
+            }
+        } else {
+            let model = model.cast::<Model>()?.get();
+            of(BedOf { data: model.data.clone(), tuning: model.tuning }, shape, count)?
+        };
+        Ok(Self::of(group, count, 0))
+    }
+
+    /// One step of contacts in frames; a row of `poses` each.
+    fn step_frames<'py>(
+        &self,
+        py: Python<'py>,
+        poses: PyReadonlyArray2<'py, f64>,
+        strength_factor: Option<Matrix<'py>>,
+        dt_s: PyReadonlyArray1<'py, f32>,
+        mut out: PyReadwriteArray2<'py, u32>,
+    ) -> PyResult<()> {
+        let (poses, out) = (poses.as_slice()?.as_chunks().0, out.as_slice_mut()?);
+        let strength_factor = strength_factor.as_ref().map_or(Ok(&[][..]), |array| array.as_slice())?;
+        let dt_s = dt_s.as_slice()?;
+        for (expected, found) in [(self.count, poses.len()), (FRAMES * self.count, out.len()), (1, dt_s.len())] {
+            if expected != found {
+                return Err(wrong_length(expected, found));
+            }
+        }
+        let inputs = Inputs { strength_factor, poses, dt_s, count: self.count, ..Inputs::default() };
+        py.detach(|| self.advance(&inputs, out))
+    }
+
+    /// Takes up the state of other contacts of the same kind and count.
+    fn take_up(&self, py: Python<'_>, other: &Self) {
+        py.detach(|| {
+            let copy = other.lock().copy();
+            *self.lock() = copy;
+        });
+    }
+
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -264,7 +321,7 @@ impl Contacts {
         if out.is_empty() {
             return Ok(());
         }
-        py.detach(|| self.lock().limit_surface(motions, out.as_chunks_mut().0)).map_err(error::model)
+        Ok(py.detach(|| self.lock().limit_surface(motions, out.as_chunks_mut().0))?)
     }
 
     /// State of the patches, [`PATCH`] floats each.
@@ -290,15 +347,12 @@ impl Contacts {
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| self.lock().save()).map_err(error::model)?;
+        let bytes = py.detach(|| self.lock().save())?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     fn restore(&self, py: Python<'_>, data: &[u8]) -> PyResult<()> {
-        py.detach(|| self.lock().restore(data)).map_err(|refused| match refused {
-            Refused::Core(error) => error::model(error),
-            Refused::Text(text) => error::model_text(text),
-        })
+        Ok(py.detach(|| self.lock().restore(data))?)
     }
 
     #[allow(clippy::too_many_arguments)]

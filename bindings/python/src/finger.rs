@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::contacts::Contacts;
 use crate::error;
-use crate::group::{FORCES, Group, REGIME, RESPONSE, Refused, Row};
+use crate::group::{FORCES, Group, REGIME, RESPONSE, Row};
 use crate::model::Model;
 
 /// One contact; see `_native.pyi`.
@@ -109,6 +109,7 @@ impl Finger {
             pitch_deg: pitch_deg.as_slice(),
             roll_deg: roll_deg.as_slice(),
             dt_s,
+            ..Row::REST
         };
         let mut words = [0; RESPONSE];
         if self.is_bed {
@@ -135,15 +136,12 @@ impl Finger {
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = self.lock().save().map_err(error::model)?;
+        let bytes = self.lock().save()?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     fn restore(&self, data: &[u8]) -> PyResult<()> {
-        self.lock().restore(data).map_err(|refused| match refused {
-            Refused::Core(error) => error::model(error),
-            Refused::Text(text) => error::model_text(text),
-        })
+        Ok(self.lock().restore(data)?)
     }
 
     fn copy(&self, py: Python<'_>) -> Self {

@@ -4,6 +4,10 @@
 
 use fingerpad::events::{Event, Queue, Watch, WatchSettings};
 use fingerpad::{Error, Motion, Regime, Response};
+use pyo3::PyErr;
+
+use crate::error;
+use crate::frames::Pose;
 
 /// Words of the forces of one contact: six floats, regime and status.
 pub const FORCES: usize = 8;
@@ -23,6 +27,8 @@ pub struct Row<'a> {
     pub strength_factor: &'a [f32],
     pub pitch_deg: &'a [f32],
     pub roll_deg: &'a [f32],
+    /// Of contacts in frames alone.
+    pub poses: &'a [Pose],
     pub dt_s: f32,
 }
 
@@ -36,6 +42,7 @@ impl<'a> Row<'a> {
         strength_factor: &[],
         pitch_deg: &[],
         roll_deg: &[],
+        poses: &[],
         dt_s: 1e-3,
     };
 
@@ -50,6 +57,7 @@ impl<'a> Row<'a> {
             strength_factor: of(self.strength_factor),
             pitch_deg: of(self.pitch_deg),
             roll_deg: of(self.roll_deg),
+            poses: self.poses.get(start..end).unwrap_or(&[]),
             dt_s: self.dt_s,
         }
     }
@@ -65,12 +73,21 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Why a saved state is refused.
+/// Why a saved state or a request is refused.
 pub enum Refused {
     /// The core refuses it.
     Core(Error),
-    /// It belongs to other contacts.
+    /// It belongs to other contacts, or these have none.
     Text(String),
+}
+
+impl From<Refused> for PyErr {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::Core(error) => error::model(error),
+            Refused::Text(text) => error::model_text(text),
+        }
+    }
 }
 
 impl From<Error> for Refused {
@@ -79,7 +96,11 @@ impl From<Error> for Refused {
     }
 }
 
-/// Contacts of one model.
+fn cannot(function: &str) -> Refused {
+    Refused::Text(format!("{function}: contacts in frames have none"))
+}
+
+/// Contacts of one model. Those in frames have neither bytes nor a limit surface.
 pub trait Group: Send {
     /// Steps of single contacts between two looks for Ctrl-C: some milliseconds.
     fn steps_between_looks(&self) -> usize;
@@ -90,9 +111,13 @@ pub trait Group: Send {
     /// Lifts the contacts of `which` off and forgets all that they remember, the strength factor as well.
     fn reset(&mut self, which: &[bool]);
     /// All contacts as bytes.
-    fn save(&self) -> Result<Vec<u8>, Error>;
+    fn save(&self) -> Result<Vec<u8>, Refused> {
+        Err(cannot("save"))
+    }
     /// Takes up the bytes that [`Group::save`] wrote; nothing changes if it is refused.
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), Refused>;
+    fn restore(&mut self, _bytes: &[u8]) -> Result<(), Refused> {
+        Err(cannot("restore"))
+    }
     /// The watches over events of the contacts.
     fn watches(&mut self) -> &mut Watches;
     /// The same contacts again.
@@ -103,7 +128,9 @@ pub trait Group: Send {
     }
     /// Friction along x and y (N) and moment about the normal (N mm) of each contact in full slip under each motion (slides along x
     /// and y, turn; of any length), three floats for each motion, one contact after the other.
-    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error>;
+    fn limit_surface(&self, _motions: &[[f32; 3]], _out: &mut [[f32; 3]]) -> Result<(), Refused> {
+        Err(cannot("limit_surface"))
+    }
     /// State of the patches of a pad: [`PATCH`] floats a patch, one contact after the other. Empty for a bed.
     fn patches(&self, _out: &mut [f32]) {}
 }

@@ -12,6 +12,7 @@ mod bed;
 mod contacts;
 mod error;
 mod finger;
+mod frames;
 mod group;
 mod model;
 mod pad;

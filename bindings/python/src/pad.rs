@@ -35,7 +35,8 @@ pub struct Tables {
 }
 
 impl Tables {
-    fn pad(&self) -> PadInPlace<'_> {
+    /// The pad as fitted.
+    pub fn pad(&self) -> PadInPlace<'_> {
         PadInPlace::new(&self.patches, &self.numbers)
     }
 }
@@ -333,7 +334,7 @@ impl<const P: usize> Group for Patches<P> {
         }
     }
 
-    fn save(&self) -> Result<Vec<u8>, Error> {
+    fn save(&self) -> Result<Vec<u8>, Refused> {
         let (one, pad) = (pad_state_bytes(P), self.tables.pad().checksum());
         let mut bytes = self.head();
         let head = bytes.len();
@@ -371,7 +372,7 @@ impl<const P: usize> Group for Patches<P> {
         Box::new(self.clone())
     }
 
-    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Error> {
+    fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Refused> {
         let pad = self.pad();
         for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
             for (motion, out) in motions.iter().zip(out) {

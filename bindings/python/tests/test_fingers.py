@@ -543,7 +543,8 @@ def test_events_through_noise(model: Model) -> None:
     assert reported[0] == ["touch", "lift_off"]
     assert reported[1][:3] == ["touch", "first_slip", "full_slip"] and reported[1][-1] == "lift_off" and "restick" in reported[1]
     slips = events[(events["change"] == "full_slip") & (events["finger"] == 1)]["tick"][0]
-    assert r["regime"][slips, 1] == Regime.SLIP and 200 < slips < 700
+    assert 200 < slips < 700 and (r["stick_ratio"][slips - 7 : slips + 1, 1] <= 0.1).all(), "eight looks"
+    assert (r["regime"][slips + 10 : 700, 1] == Regime.SLIP).all()
 
 
 def test_what_was_freed_is_not_used() -> None:

@@ -130,7 +130,7 @@ def held(objects: dict[str, Any], grip_n: Any) -> tuple[Any, Any]:
     d.ctrl.assign(grip_n[:, None].astype(np.float32))
     scenes.seconds(m, d, 0.3, TIMESTEP)
     loads = np.zeros((worlds, 4, 6), np.float32)
-    # The finger's x axis is the world's z axis; the load grows over 0.2 s.
+    # The x axis of a contact is the world's z axis; the load grows over 0.2 s.
     loads[:, 3, 1], loads[:, 3, 2] = objects["load_y_n"], objects["load_x_n"]
     for share in np.linspace(0, 1, 50):
         d.xfrc_applied.assign(loads * np.float32(share))

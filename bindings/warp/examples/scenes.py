@@ -22,11 +22,11 @@ FINGERS = [("left", "object"), ("right", "object")]
 GRIP = """<mujoco>
   <option timestep="{timestep}" integrator="{integrator}" gravity="0 0 0"><flag contact="disable"/></option>
   <worldbody>
-    <body name="left_finger"><site name="left" pos="-0.02 0 0" xyaxes="0 0 1 0 1 0"/></body>
+    <body name="left_finger"><site name="left" pos="-0.02 0 0" xyaxes="0.5 0 0.8660254037844386 0 1 0"/></body>
     <body name="right_finger">
       <joint name="grip" type="slide" axis="-1 0 0" damping="2" range="-0.02 0.02"/>
       <geom type="capsule" size="0.004" fromto="0.05 0 0 0.03 0 0" mass="0.02"/>
-      <site name="right" pos="0.02 0 0" xyaxes="0 0 1 0 -1 0"/>
+      <site name="right" pos="0.02 0 0" xyaxes="-0.5 0 0.8660254037844386 0 -1 0"/>
     </body>
     <body name="object">
       <freejoint name="object"/>

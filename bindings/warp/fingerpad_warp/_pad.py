@@ -28,9 +28,10 @@ Rigid = wp.types.matrix(shape=(6, MODES), dtype=wp.float32)
 Pairs = wp.types.matrix(shape=(3, MODES), dtype=wp.float32)
 Vec6 = wp.types.vector(length=6, dtype=wp.float32)
 
-# Rows of the memory of a contact; behind them anchors (2 a patch) and used shares (1 a patch).
+# Rows of the memory of a contact; behind them, for all patches, anchors (2 a patch), reserves (1 a patch) and turns (2 a patch).
 BULK, DRIFT, MOTION, FACTOR = 0, 16, 32, 38
 SHIFT, ANGLE, PIVOT, DEPTH, TILT, STRENGTH, FLAGS, APPROACH, PATCHES = 174, 178, 180, 183, 184, 186, 187, 188, 189
+PER_PATCH = 5
 IN_CONTACT, FACTORED = 1, 2
 
 # Rows of what a step keeps of a patch: spread (negative for a patch that is not looked at), strength at full area, anchor.
@@ -52,9 +53,12 @@ SLIPS_SHARE = wp.constant(wp.float32(1.0 + 4e-6))
 SLIPS_MM = wp.constant(wp.float32(4e-6))
 NOTICED = wp.constant(wp.float32(4e-3))
 NOTICED_LENGTH = wp.constant(wp.float32(5e-5))
-FIRM = wp.constant(wp.float32(0.9))
-STICKS = wp.constant(wp.float32(0.95))
-SLIDES = wp.constant(wp.float32(0.02))
+MOST_RESERVE_MM = wp.constant(wp.float32(0.6))
+# Exponent of the slipping share of a patch that touches over its whole area, over that of the file.
+WHOLE = wp.constant(wp.float32(0.8))
+# Stick ratios from which on a contact sticks, and up to which it slips.
+STICKS = wp.constant(wp.float32(0.99))
+SLIPS = wp.constant(wp.float32(0.01))
 # The shift of a body near first touch, as in `touch.rs` of the core.
 SHIFTED = wp.constant(wp.float32(0.02))
 PER_DISTANCE = wp.constant(wp.float32(3.0))
@@ -891,8 +895,8 @@ def wake(
     count = patches.shape[0]
     bulk = stored_bulk(memory, i)
     for j in range(count):
-        used = memory[PATCHES + 2 * count + j, i]
-        if not (used <= near):
+        reserve = memory[PATCHES + 2 * count + j, i]
+        if not (reserve <= near):
             kept[KEPT * j, i] = -1.0
         else:
             at = placed(patches, frame, j)
@@ -907,7 +911,7 @@ def wake(
             kept[KEPT * j, i] = spread
             kept[KEPT * j + 1, i] = full_strength(patches, numbers, j, spread)
             anchor = wp.vec2(memory[PATCHES + 2 * j, i], memory[PATCHES + 2 * j + 1, i])
-            if used >= APART:
+            if reserve >= APART:
                 # Where it is with the bulk as it was: apart it may be held anywhere.
                 anchor = foot(body, at + frame.soft @ modes[j] @ bulk)
             kept[KEPT * j + 2, i] = anchor[0]
@@ -932,9 +936,20 @@ def may_touch(kept: wp.array2d(dtype=float), memory: wp.array2d(dtype=float), co
 
 
 @wp.func
-def slipping_part(used: float, onset: float):
-    """Share of a patch that slips under a growing load."""
-    return wp.exp(onset * wp.log(used + TINY))
+def slipping_part(acting: Acting, x: float, y: float, contact_share: float, onset: float):
+    """Slipping share of a patch whose reserve falls, by the way of its stretch since its last turn at (x, y), mm; (0, 0) without one."""
+    way = acting.length
+    whole = acting.bound
+    if x != 0.0 or y != 0.0:
+        along_x = acting.stretch[0] - x
+        along_y = acting.stretch[1] - y
+        way = wp.sqrt(along_x * along_x + along_y * along_y + TINY)
+        outward = (x * along_x + y * along_y) / way
+        square = outward * outward + acting.bound * acting.bound - (x * x + y * y)
+        whole = wp.sqrt(wp.max(square, 0.0)) - outward
+    share = wp.min(way / (wp.max(whole, 0.0) + TINY), 1.0)
+    exponent = WHOLE * onset / wp.sqrt(contact_share + TINY)
+    return wp.exp(exponent * wp.log(share + TINY))
 
 
 @wp.func
@@ -949,7 +964,7 @@ def band(numbers: wp.array(dtype=float), at: int, away: float, stick: float):
 
 @wp.func
 def forget_pad(memory: wp.array2d(dtype=float), count: int, strength: float, i: int):
-    for row in range(PATCHES + 3 * count):
+    for row in range(PATCHES + PER_PATCH * count):
         memory[row, i] = 0.0
     memory[STRENGTH, i] = strength
 
@@ -1045,7 +1060,8 @@ def step_pad(
         y = memory[SHIFT + 2, i]
         way_x = slide_x
         way_y = slide_y
-        if spin != 0.0:
+        # A curved body turns about its apex, a plane about the foot.
+        if spin != 0.0 and body.kind == 0:
             sin = wp.sin(spin)
             half_sin = wp.sin(0.5 * spin)
             half_cos = wp.cos(0.5 * spin)
@@ -1147,7 +1163,6 @@ def step_pad(
     turning = wp.vec3(0.0, 0.0, 0.0)
     area = float(0.0)
     stuck = float(0.0)
-    held = float(0.0)
     limit = float(0.0)
     reach = float(0.0)
     apex = wp.vec3(frame.apex[0], frame.apex[1], 0.0)
@@ -1155,56 +1170,57 @@ def step_pad(
     # The bulk's softness stays along the body's axes when the body turns: along over across the normal.
     soft = numbers[wp.static(place.SOFTNESS + 1)] / numbers[wp.static(place.SOFTNESS)]
     for j in range(count):
-        used = memory[PATCHES + 2 * count + j, i]
+        reserve = memory[PATCHES + 2 * count + j, i]
         spread = kept[KEPT * j, i]
         if spread < 0.0:
-            memory[PATCHES + 2 * count + j, i] = used - travel
+            memory[PATCHES + 2 * count + j, i] = reserve - travel
         else:
             acting = act(numbers, patches, modes, kept, body, frame, strength_now, end, lift, swept, i, j)
             anchor = wp.vec2(memory[PATCHES + 2 * j, i], memory[PATCHES + 2 * j + 1, i])
+            turn_x = memory[PATCHES + 3 * count + 2 * j, i]
+            turn_y = memory[PATCHES + 3 * count + 2 * j + 1, i]
             if acting.touches == 0:
                 anchor = foot(body, acting.place)
-                used = APART - (acting.overlap + spread)
+                reserve = APART - (acting.overlap + spread)
             else:
-                if used >= APART:
+                now = wp.min(wp.max(acting.bound - acting.length, 0.0), MOST_RESERVE_MM)
+                if reserve >= APART:
                     anchor = wp.vec2(kept[KEPT * j + 2, i], kept[KEPT * j + 3, i])
-                    used = 0.0
-                now = acting.length / (acting.bound + TINY)
+                    reserve = now
+                    turn_x = 0.0
+                    turn_y = 0.0
                 slips = acting.length > acting.bound * SLIPS_SHARE + SLIPS_MM
                 if slips:
                     anchor = foot(body, acting.place + acting.stretch * (acting.bound / acting.length))
-                now = wp.min(now, 1.0)
-                used_before = wp.abs(used)
-                grew = used >= 0.0
-                beyond = now - used_before
-                if grew:
-                    beyond = used_before - now
+                # A rise of the reserve is a turn. Then nothing slips until the reserve falls.
+                extreme = wp.abs(reserve)
+                fell = reserve >= 0.0
+                beyond = extreme - now
+                if fell:
+                    beyond = now - extreme
                 dead_band = NOTICED * acting.bound + NOTICED_LENGTH * numbers[wp.static(place.DEPTH_MAX)]
-                at_bound = (1.0 - now) * acting.bound <= dead_band
-                grows = at_bound or grew != (beyond * acting.bound > dead_band)
-                # Within the dead band the extreme value of this rise or fall remains.
-                if grows == grew and beyond > 0.0:
-                    now = used_before
-                stuck_share = float(1.0)
-                firm = float(1.0)
-                if slips:
-                    stuck_share = 0.0
-                    firm = 0.0
-                elif grows:
-                    stuck_share = 1.0 - slipping_part(now, onset)
-                    firm = 1.0 - wp.max(now - FIRM, 0.0) * (1.0 / (1.0 - FIRM))
-                used = -now
-                if grows:
-                    used = now
-                flat = flat_force(patches, numbers, j, spread)
-                touching = (
-                    numbers[wp.static(place.AREA)]
-                    * patches[j, wp.static(place.PATCH_AREA)]
-                    * wp.exp(numbers[wp.static(place.AREA + 2)] * acting.below)
-                )
+                at_bound = now <= dead_band
+                falls = at_bound or fell != (beyond > dead_band)
+                if at_bound:
+                    turn_x = 0.0
+                    turn_y = 0.0
+                elif fell and not falls:
+                    turn_x = acting.stretch[0]
+                    turn_y = acting.stretch[1]
+                # Within the dead band the extreme value of this fall or rise remains.
+                if falls == fell and beyond > 0.0:
+                    now = extreme
+                reserve = -now
+                if falls:
+                    reserve = now
+                contact_share = wp.exp(numbers[wp.static(place.AREA + 2)] * acting.below)
+                touching = numbers[wp.static(place.AREA)] * patches[j, wp.static(place.PATCH_AREA)] * contact_share
                 area = area + touching
-                stuck = stuck + touching * stuck_share
-                held = held + touching * firm
+                if not falls:
+                    stuck = stuck + touching
+                elif not slips:
+                    stuck = stuck + touching * (1.0 - slipping_part(acting, turn_x, turn_y, contact_share, onset))
+                flat = flat_force(patches, numbers, j, spread)
                 limit = limit + acting.strength
                 traction = acting.stretch * acting.grip
                 on_skin = traction - acting.inward * acting.force
@@ -1244,7 +1260,9 @@ def step_pad(
                     moment = moment - (undeformed.variance_moment * pull + couple.moment * acting.force)
             memory[PATCHES + 2 * j, i] = anchor[0]
             memory[PATCHES + 2 * j + 1, i] = anchor[1]
-            memory[PATCHES + 2 * count + j, i] = used
+            memory[PATCHES + 2 * count + j, i] = reserve
+            memory[PATCHES + 3 * count + 2 * j, i] = turn_x
+            memory[PATCHES + 3 * count + 2 * j + 1, i] = turn_y
         if not is_met:
             # The next step may move the skin anywhere.
             memory[PATCHES + 2 * count + j, i] = wp.min(memory[PATCHES + 2 * count + j, i], APART)
@@ -1286,9 +1304,9 @@ def step_pad(
     if area > 0.0:
         margin = wp.max(1.0 - wp.sqrt(friction_share * friction_share + turning_share * turning_share), 0.0)
         sort = wp.static(int(Regime.PARTIAL_SLIP))
-        if held >= STICKS * area:
+        if stick >= STICKS:
             sort = wp.static(int(Regime.STICK))
-        elif held <= SLIDES * area:
+        elif stick <= SLIPS:
             sort = wp.static(int(Regime.SLIP))
     if not is_met:
         flags = flags | wp.static(int(Status.NOT_CONVERGED))
@@ -1349,7 +1367,7 @@ class Engine:
     """The kernel, the numbers and the body of a pad on a device."""
 
     def __init__(self, pad: Pad, body: Any, poses_deg: tuple[Any, Any], count: int, device: Any) -> None:
-        self.pad, self.rows = pad, PATCHES + 3 * len(pad.patches)
+        self.pad, self.rows = pad, PATCHES + PER_PATCH * len(pad.patches)
         self.body = Plane() if body is None else body
         kind, numbers = body_numbers(self.body)
         least_mm = pad.least_radii_mm.get(type(self.body), -np.inf)

@@ -37,6 +37,8 @@ FAR = wp.constant(wp.float32(1e30))
 TURN = wp.constant(wp.float32(2 * np.pi))
 DEGREES = wp.constant(wp.float32(180 / np.pi))
 HALF_TURN = wp.constant(wp.float32(np.pi))
+# A small angle, rad.
+SMALL = wp.constant(wp.float32(0.01))
 
 
 @wp.struct
@@ -151,6 +153,29 @@ def held_pose(pad: wp.array(dtype=float), pitch: float, roll: float):
     return wp.vec2(wp.clamp(pitch, least, most), wp.clamp(roll, -roll_max, roll_max))
 
 
+@wp.func
+def touch_mm(pad: wp.array(dtype=float), pitch: float, roll: float):
+    """The point of the finger that a plane touches first in a pose."""
+    return _pad.first_touch_point_mm(pad, _pad.tilted_axes(pitch, roll))
+
+
+@wp.func
+def lowest_slopes_mm(pad: wp.array(dtype=float), pitch: float, roll: float, held: wp.vec2, follows_pitch: bool, follows_roll: bool):
+    """Derivatives over pitch and roll of the distance of the finger's lowest point below its site, mm/rad."""
+    normal = normal_at(pitch, roll)
+    touch = touch_mm(pad, held[0], held[1])
+    by_pitch = -wp.dot(normal_by_pitch(pitch, roll), touch)
+    by_roll = -wp.dot(normal_by_roll(pitch, roll), touch)
+    # While one angle is held the point that touches still moves with the other one, and not along the plane.
+    if follows_pitch:
+        moves = touch_mm(pad, held[0] + SMALL, held[1]) - touch_mm(pad, held[0] - SMALL, held[1])
+        by_pitch = by_pitch - wp.dot(normal, moves) / (SMALL + SMALL)
+    if follows_roll:
+        moves = touch_mm(pad, held[0], held[1] + SMALL) - touch_mm(pad, held[0], held[1] - SMALL)
+        by_roll = by_roll - wp.dot(normal, moves) / (SMALL + SMALL)
+    return wp.vec2(by_pitch, by_roll)
+
+
 @wp.kernel
 def commit(
     time: wp.array(dtype=float),
@@ -190,6 +215,7 @@ def place_sites(
     geom_xpos: wp.array2d(dtype=wp.vec3),
     geom_xmat: wp.array2d(dtype=wp.mat33),
     pad_radius_mm: wp.vec2,
+    level: wp.mat33,
     pad: wp.array(dtype=float),
     fresh: wp.array(dtype=float),
     memory_rows: int,
@@ -232,7 +258,8 @@ def place_sites(
             trial[memory_rows + row, i] = past[memory_rows + row, i]
         return
     at = wp.transpose(turn) @ (tip - middle)
-    local = wp.transpose(turn) @ of_site
+    # Axes that are the plane's in the neutral pose; the finger's own first, whose rounding stays the same while only the object moves.
+    local = wp.transpose(turn) @ (of_site @ level)
     old = int(past[memory_rows, i])
     number = choose_face(kind, size, at, column(local, 2), old)
     trial[memory_rows, i] = float(number)
@@ -277,7 +304,7 @@ def place_sites(
         depth_mm[i] = sinks - MM_PER_M * height
     else:
         held = held_pose(pad, pitch, roll)
-        touch = _pad.first_touch_point_mm(pad, _pad.tilted_axes(held[0], held[1]))
+        touch = touch_mm(pad, held[0], held[1])
         depth_mm[i] = -wp.dot(normal_at(pitch, roll), touch) - MM_PER_M * height
         pitch_deg[i] = pad[wp.static(place.NEUTRAL_PITCH)] + DEGREES * pitch
         roll_deg[i] = DEGREES * roll
@@ -373,7 +400,7 @@ def pad_wrench(
     wrench: wp.array2d(dtype=wp.spatial_vector),
     dampers: wp.array(dtype=wp.vec4),
 ):
-    """The same for pads. Where the pad holds the pose at the end of its range, moments are the derivatives of the depth alone."""
+    """The same for pads. Where the pad holds pitch or roll at the end of its range, its moment is the derivative of the depth alone."""
     world, k = wp.tid()
     i = world * site.shape[0] + k
     wrench[world, k] = wp.spatial_vector()
@@ -389,7 +416,7 @@ def pad_wrench(
     pitch = pose[i][0]
     roll = pose[i][1]
     held = held_pose(pad, pitch, roll)
-    touch = _pad.first_touch_point_mm(pad, _pad.tilted_axes(held[0], held[1])) / MM_PER_M
+    touch = touch_mm(pad, held[0], held[1]) / MM_PER_M
     normal_n = response[wp.static(_bed.NORMAL_N), i]
     force = wp.vec3(response[wp.static(_bed.FRICTION_X), i], response[wp.static(_bed.FRICTION_Y), i], normal_n)
     # The foot of the site as the pad has it: in a pose that it follows, where it is.
@@ -399,17 +426,20 @@ def pad_wrench(
         response[wp.static(_bed.TILT_Y), i] / MM_PER_M,
         response[wp.static(_bed.MOMENT), i] / MM_PER_M,
     )
-    if held[0] != pitch or held[1] != roll:
+    follows_pitch = held[0] == pitch
+    follows_roll = held[1] == roll
+    if not (follows_pitch and follows_roll):
         # Generalised forces of pitch, and of roll, which goes about the finger's own axis.
-        of_pitch = moment[1] - normal_n * wp.dot(normal_by_pitch(held[0], held[1]), touch)
-        of_roll = wp.cos(held[0]) * moment[0] - wp.sin(held[0]) * moment[2]
-        of_roll = of_roll - normal_n * wp.dot(normal_by_roll(held[0], held[1]), touch)
-        if held[0] != pitch:
-            of_pitch = 0.0
-        if held[1] != roll:
-            of_roll = 0.0
-        of_pitch = of_pitch + normal_n * wp.dot(normal_by_pitch(pitch, roll), touch)
-        of_roll = of_roll + normal_n * wp.dot(normal_by_roll(pitch, roll), touch)
+        by_held = lowest_slopes_mm(pad, held[0], held[1], held, follows_pitch, follows_roll) / MM_PER_M
+        by_pose = lowest_slopes_mm(pad, pitch, roll, held, follows_pitch, follows_roll) / MM_PER_M
+        of_pitch = float(0.0)
+        of_roll = float(0.0)
+        if follows_pitch:
+            of_pitch = moment[1] + normal_n * by_held[0]
+        if follows_roll:
+            of_roll = wp.cos(held[0]) * moment[0] - wp.sin(held[0]) * moment[2] + normal_n * by_held[1]
+        of_pitch = of_pitch - normal_n * by_pose[0]
+        of_roll = of_roll - normal_n * by_pose[1]
         moment = wp.vec3((of_roll + wp.sin(pitch) * moment[2]) / wp.cos(pitch), of_pitch, moment[2])
     # Dampers act at the point of the finger that touches first.
     at = _pad.tilted_axes(pitch, roll) @ touch
@@ -459,8 +489,9 @@ def apply(
 class Callback:
     """The contacts of fingertips in all worlds of a MuJoCo Warp simulation, as its `m.callback.passive`.
 
-    The site stands where the undeformed pad first touches and moves with the finger's bone: z out of the pad's surface into the finger, x
-    along the finger from proximal to distal. Switch MuJoCo's own contact between finger and object off, else there are two.
+    The site stands where the undeformed pad first touches in the neutral pose and has the axes of the bone: x along the finger from
+    proximal to distal, z to the nail's side, so that a finger of pitch 30 has its x axis inclined by 30 degrees. Switch MuJoCo's own
+    contact between finger and object off, else there are two.
     """
 
     def __init__(
@@ -507,6 +538,7 @@ class Callback:
         radii = (21.0, 21.0) if pad_radius_mm is None else pad_radius_mm
         if np.shape(radii) != (2,):
             raise InputError(f"pad_radius_mm: {radii!r} where two numbers are needed")
+        self._level = _level_axes(model.neutral_pitch_deg if is_pad else model.pose_deg[0], 0.0 if is_pad else model.pose_deg[1])
         self._radii = wp.vec2(*(_positive("pad_radius_mm", radius, 1000.0) for radius in radii))
         if is_pad:
             neutral = _pad.poses(model, None, None, count)
@@ -577,7 +609,7 @@ class Callback:
             dim=each,
             inputs=[
                 self._site, self._geom, self._geom_kind, m.geom_size, d.site_xpos, d.site_xmat, d.geom_xpos, d.geom_xmat,
-                self._radii, self._pad, self._fresh, rows, self._past,
+                self._radii, self._level, self._pad, self._fresh, rows, self._past,
             ],
             outputs=[self._start, self._trial, *motion, self._pose, self._axes, self._is_placed],
             device=self.device,
@@ -612,6 +644,12 @@ class Callback:
     def depth_mm(self) -> np.ndarray[Any, Any]:
         """Depth of the contacts in the last pass, mm, shape (worlds, contacts); negative in the air."""
         return self._motion["depth_mm"].numpy().reshape(self.worlds, len(self.contacts))
+
+
+def _level_axes(pitch_deg: float, roll_deg: float) -> Any:
+    """Axes of the plane in the neutral pose, in the finger's frame, as columns."""
+    (ps, rs), (pc, rc) = np.sin(np.radians((pitch_deg, roll_deg))), np.cos(np.radians((pitch_deg, roll_deg)))
+    return wp.mat33(pc, -ps * rs, -ps * rc, 0.0, rc, -rs, ps, pc * rs, pc * rc)
 
 
 def type_name(integrator: Any) -> str:

@@ -82,7 +82,7 @@ fn check<T: Scalar>(what: Field, value: T, [least, most]: [f32; 2]) -> Result<()
 /// A sphere; a bowl with a negative radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere<T = f32> {
-    radius_mm: T,
+    pub(crate) radius_mm: T,
 }
 
 impl<T: Scalar> Sphere<T> {
@@ -117,9 +117,9 @@ impl<T: Scalar> Surface<T> for Sphere<T> {
 /// A circular cylinder along the tangent plane; a trough with a negative radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder<T = f32> {
-    radius_mm: T,
+    pub(crate) radius_mm: T,
     /// Direction of its axis in the tangent plane: cosine and sine of its angle from x.
-    axis: [T; 2],
+    pub(crate) axis: [T; 2],
 }
 
 impl<T: Elementary> Cylinder<T> {
@@ -159,11 +159,11 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge<T = f32> {
     /// Radius of the rounding, mm.
-    radius_mm: T,
+    pub(crate) radius_mm: T,
     /// Direction of the edge in the tangent plane: cosine and sine of its angle from x.
-    axis: [T; 2],
+    pub(crate) axis: [T; 2],
     /// Slope of the faces against the tangent plane: cosine and sine of an angle above 0 and below 90 degrees.
-    face: [T; 2],
+    pub(crate) face: [T; 2],
 }
 
 impl<T: Elementary> Edge<T> {
@@ -177,8 +177,12 @@ impl<T: Elementary> Edge<T> {
         check(Field::Radius, radius_mm, RADIUS_MM)?;
         check(Field::Axis, axis_deg.magnitude(), [0.0, AXIS_DEG])?;
         check(Field::FaceAngle, angle_deg, ANGLE_DEG)?;
-        let face = direction(T::of(0.5) * (T::of(180.0) - angle_deg));
-        Ok(Self { radius_mm, axis: direction(axis_deg), face })
+        Ok(Self { radius_mm, axis: direction(axis_deg), face: Self::slope(angle_deg) })
+    }
+
+    /// Cosine and sine of the slope of faces with an angle between them.
+    pub(crate) fn slope(angle_deg: T) -> [T; 2] {
+        direction(T::of(0.5) * (T::of(180.0) - angle_deg))
     }
 }
 

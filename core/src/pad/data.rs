@@ -169,7 +169,7 @@ impl Numbers {
 pub struct Effort {
     /// Most evaluations of the forces on the patches in one step, at least 2; a factorisation of the stiffness counts as four, which is what
     /// it costs. A step that needs more ends with [`crate::Status::NOT_CONVERGED`], and the next one goes on from there.
-    pub evaluations: u16,
+    pub evaluations: u32,
     /// Change of the bulk in the last iteration over its size. Below it the bulk is in equilibrium.
     pub tolerance: f32,
 }

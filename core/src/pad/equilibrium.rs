@@ -28,7 +28,7 @@ const FACTORS: usize = 2;
 /// Square of a change of the bulk over that of the first iterate, below which an iterate is better.
 const BETTER: f32 = 0.25;
 /// Evaluations that cost as much as a factor.
-const FACTOR_COST: u16 = 4;
+const FACTOR_COST: u32 = 4;
 
 /// Transformation from the finger's frame to that of the body.
 pub(crate) struct Frame<T> {
@@ -278,7 +278,7 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         &self,
         state: &mut PadState<P, T>,
         active: &mut [ActivePatch<'_, T>],
-        evaluations: &mut u16,
+        evaluations: &mut u32,
     ) -> bool {
         let tolerance = T::of(self.tolerance);
         let mut bulk = state.bulk;

@@ -38,6 +38,7 @@ pub use example::{EXAMPLE_PATCHES, ExamplePad};
 pub use file::PadFile;
 pub use save::pad_state_bytes;
 pub use state::{PadState, PatchState};
+pub(crate) use step::axes;
 pub use touch::first_touch_terms;
 
 /// Number of coordinates of the bulk.

@@ -7,26 +7,24 @@ use nalgebra::Vector3;
 use crate::math::Elementary;
 use crate::{Regime, Response, Status};
 
-use super::Pad;
 use super::body::{Surface, spread, steepness};
-use super::equilibrium::{ActivePatch, Equations, Frame};
+use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact};
 use super::patch::{flat_force_rate, spread_along, times_spread};
 use super::state::{APART, PadState};
 use super::step::closest_place;
+use super::{Law, Pad};
 
 /// A patch slips if its stretch exceeds the bound by this factor and by this length, mm. Both are above the rounding of its place.
 const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
-/// Least fall of the friction of a patch below its largest value, over its strength, that counts as a decrease, and rise above its least
-/// value that counts as an increase. It is above the error of equilibrium.
+/// Least rise of the reserve of a patch above its least value, over its strength, that counts as a rise, and fall below its largest value
+/// that counts as a fall. It is above the error of equilibrium.
 const NOTICED: f32 = 4e-3;
 /// The same as a length of its stretch, over the largest depth; it counts where the bound is short.
 const NOTICED_LENGTH: f32 = 5e-5;
-/// Friction over strength from which on a patch counts as slipping in part, for the regime.
-const FIRM: f32 = 0.9;
-/// The regime is stick if at least this share of the area sticks, counted in this way,
-const STICKS: f32 = 0.95;
-/// and slip if at most this share does.
-const SLIDES: f32 = 0.02;
+/// Largest reserve that is told from larger ones, mm; below [`APART`].
+const MOST_RESERVE_MM: f32 = 0.6;
+/// Exponent of the slipping share of a patch that touches over its whole area, over that of the file.
+const WHOLE: f32 = 0.8;
 
 /// Least mean square of the arms of a contact about its middle, mm².
 const LEAST_ARM_MM2: f32 = 0.01;
@@ -50,56 +48,60 @@ impl<T: Elementary> Pad<'_, T> {
         let (mut friction, mut friction_spin) = (Vector3::zeros(), zero);
         let mut is_changed = false;
         let noticed_mm = T::of(NOTICED_LENGTH) * self.numbers.depth_max_mm;
-        let (mut area, mut stuck_area, mut firm_area, mut strength, mut reach) = (zero, zero, zero, zero, zero);
+        let (mut area, mut stuck_area, mut strength, mut reach) = (zero, zero, zero, zero);
         let (mut middle, mut turning) = (Vector3::zeros(), Vector3::zeros());
         let apex = Vector3::new(equations.frame.apex.x, equations.frame.apex.y, zero);
         // The bulk's softness stays along the body's axes when the body turns: along over across the normal.
         let [across_soft, along_soft] = law.softness;
         let (soft, stiff) = (along_soft / across_soft, across_soft / along_soft);
         for ActivePatch { index, patch, placed, contact } in active {
-            let (Some(anchor), Some(used)) = (state.anchors.get_mut(*index), state.used.get_mut(*index)) else {
+            let (Some(anchor), Some(reserve), Some(turn)) =
+                (state.anchors.get_mut(*index), state.reserve.get_mut(*index), state.turn.get_mut(*index))
+            else {
                 continue;
             };
-            let before = (*anchor, *used);
+            let before = (*anchor, *reserve);
             if !contact.touches {
                 *anchor = closest_place(equations.body, &contact.place);
-                *used = T::of(APART) - (contact.overlap + placed.compressed.spread);
-                is_changed |= before != (*anchor, *used);
+                *reserve = T::of(APART) - (contact.overlap + placed.compressed.spread);
+                is_changed |= before != (*anchor, *reserve);
                 continue;
             }
-            if *used >= T::of(APART) {
+            let reserve_now = (contact.bound - contact.length).not_negative().at_most(T::of(MOST_RESERVE_MM));
+            if *reserve >= T::of(APART) {
                 // The patch did not touch at the end of the last step.
                 *anchor = [placed.anchor[0], placed.anchor[1]];
-                *used = zero;
+                *reserve = reserve_now;
+                *turn = [zero; 2];
             }
-            let used_now = contact.length / (contact.bound + T::of(f32::MIN_POSITIVE));
             let slips = contact.length > contact.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
             if slips {
                 let to_anchor = contact.stretch * (contact.bound / contact.length);
                 *anchor = closest_place(equations.body, &(contact.place + to_anchor));
             }
-            let (used_now, used_before, grew) = (used_now.at_most(T::of(1.0)), used.magnitude(), *used >= zero);
-            let beyond = if grew { used_before - used_now } else { used_now - used_before };
+            // A rise of the reserve, because friction falls or strength rises, is a turn. Then nothing slips until the reserve falls.
+            let (extreme, fell) = (reserve.magnitude(), *reserve >= zero);
+            let beyond = if fell { reserve_now - extreme } else { extreme - reserve_now };
             let dead_band = T::of(NOTICED) * contact.bound + noticed_mm;
-            let at_bound = (T::of(1.0) - used_now) * contact.bound <= dead_band;
-            let grows = at_bound || grew != (beyond * contact.bound > dead_band);
-            // Within the dead band the extreme value of this rise or fall remains.
-            let used_now = if grows == grew && beyond > zero { used_before } else { used_now };
-            // Stuck shares: for the stick ratio, and with a narrower transition for the regime.
-            let (stuck_share, firm_share) = if slips {
-                (zero, zero)
-            } else if grows {
-                let beyond = (used_now - T::of(FIRM)).not_negative();
-                (T::of(1.0) - slipping(used_now, law.onset), T::of(1.0) - beyond * T::of(1.0 / (1.0 - FIRM)))
-            } else {
-                (T::of(1.0), T::of(1.0))
-            };
-            *used = if grows { used_now } else { -used_now };
-            is_changed |= before != (*anchor, *used);
-            let contact_area = placed.compressed.area(contact.below, law);
+            let at_bound = reserve_now <= dead_band;
+            let falls = at_bound || fell != (beyond > dead_band);
+            if at_bound {
+                *turn = [zero; 2];
+            } else if fell && !falls {
+                *turn = [contact.stretch.x, contact.stretch.y];
+            }
+            // Within the dead band the extreme value of this fall or rise remains.
+            let reserve_now = if falls == fell && beyond > zero { extreme } else { reserve_now };
+            *reserve = if falls { reserve_now } else { -reserve_now };
+            is_changed |= before != (*anchor, *reserve);
+            let contact_share = placed.compressed.contact_share(contact.below, law);
+            let contact_area = placed.compressed.full_area * contact_share;
             area += contact_area;
-            stuck_area += contact_area * stuck_share;
-            firm_area += contact_area * firm_share;
+            if !falls {
+                stuck_area += contact_area;
+            } else if !slips {
+                stuck_area += contact_area * (T::of(1.0) - slipping(contact, turn, contact_share, law));
+            }
             strength += contact.strength;
             let traction = contact.stretch * contact.grip;
             let on_skin = traction - contact.inward * contact.force;
@@ -132,20 +134,7 @@ impl<T: Elementary> Pad<'_, T> {
             moment += (placed.place + apex).cross(&by_spread);
             moment -= undeformed.variance_moment * pull + mean_moment * contact.force;
         }
-        Sums {
-            force,
-            moment,
-            friction,
-            friction_spin,
-            turning,
-            area,
-            stuck_area,
-            firm_area,
-            strength,
-            middle,
-            reach,
-            is_changed,
-        }
+        Sums { force, moment, friction, friction_spin, turning, area, stuck_area, strength, middle, reach, is_changed }
     }
 
     /// The response of a contact with these sums over its patches.
@@ -156,7 +145,7 @@ impl<T: Elementary> Pad<'_, T> {
         equations: &Equations<'_, T, B>,
         sums: &Sums<T>,
     ) -> Response<T> {
-        let Sums { friction_spin, area, stuck_area, firm_area, strength, reach, .. } = *sums;
+        let Sums { friction_spin, area, stuck_area, strength, reach, .. } = *sums;
         let zero = T::of(0.0);
         let Frame { axes, approach, .. } = &equations.frame;
         let (turning, arm) = (axes * sums.turning, axes * approach.arm);
@@ -213,15 +202,7 @@ impl<T: Elementary> Pad<'_, T> {
             } else {
                 zero
             },
-            regime: if !in_contact {
-                Regime::NoContact
-            } else if firm_area >= T::of(STICKS) * area {
-                Regime::Stick
-            } else if firm_area <= T::of(SLIDES) * area {
-                Regime::Slip
-            } else {
-                Regime::PartialSlip
-            },
+            regime: Regime::classify(in_contact, stick_ratio.to_f32()),
             status: Status::OK,
         }
     }
@@ -238,10 +219,9 @@ pub(super) struct Sums<T> {
     friction_spin: T,
     /// Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame, N mm.
     turning: Vector3<T>,
-    /// Area in contact, its stuck part, and its stuck part as counted for the regime, mm².
+    /// Area in contact and its stuck part, mm².
     area: T,
     stuck_area: T,
-    firm_area: T,
     /// Strength, N, and its first and second moment about the centre of rotation, N mm and N mm².
     strength: T,
     middle: Vector3<T>,
@@ -261,10 +241,25 @@ fn away<T: Elementary>([pitch, roll]: [T; 2]) -> T {
     rotated / (rotated + T::of(AWAY_RAD * AWAY_RAD))
 }
 
-/// Slipping share of a patch under growing load.
+/// Slipping share of a patch whose reserve falls: a power of the way of its stretch since the last turn, over the whole way from there to the
+/// bound. A patch that touches in part slips later.
 ///
-/// * `used`: friction over strength
+/// * `turn`: stretch at the last turn, mm; zero without one
+/// * `contact_share`: share of the patch's area that touches
 #[inline(always)]
-pub(super) fn slipping<T: Elementary>(used: T, onset: T) -> T {
-    (onset * (used + T::of(f32::MIN_POSITIVE)).ln()).exp()
+pub(super) fn slipping<T: Elementary>(contact: &PatchContact<T>, turn: &[T; 2], contact_share: T, law: &Law<T>) -> T {
+    let tiny = T::of(f32::MIN_POSITIVE);
+    let [x, y] = *turn;
+    let (way, whole) = if *turn == [T::of(0.0); 2] {
+        (contact.length, contact.bound)
+    } else {
+        let [along_x, along_y] = [contact.stretch.x - x, contact.stretch.y - y];
+        let way = (along_x * along_x + along_y * along_y + tiny).magnitude().sqrt();
+        let outward = (x * along_x + y * along_y) / way;
+        let square = outward * outward + contact.bound * contact.bound - (x * x + y * y);
+        (way, square.not_negative().sqrt() - outward)
+    };
+    let share = (way / (whole.not_negative() + tiny)).at_most(T::of(1.0));
+    let exponent = T::of(WHOLE) * law.onset / (contact_share + tiny).magnitude().sqrt();
+    (exponent * (share + tiny).ln()).exp()
 }

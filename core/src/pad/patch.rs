@@ -103,9 +103,9 @@ impl<T: Elementary> Compressed<T> {
         }
     }
 
-    /// Area in contact, mm², at [`PatchForce::below`].
-    pub fn area(&self, below: T, law: &Law<T>) -> T {
-        self.full_area * (law.area[2] * below).exp()
+    /// Share of [`Self::full_area`] in contact at [`PatchForce::below`].
+    pub fn contact_share(&self, below: T, law: &Law<T>) -> T {
+        (law.area[2] * below).exp()
     }
 
     /// Energy of the normal contact, mJ, and its derivative over the spread, N.

@@ -55,7 +55,10 @@ impl<T: Elementary> Pad<'_, T> {
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: Vector3<T>| [cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z];
         let law = &self.numbers.law;
-        for ((ActivePatch { patch, placed, contact, .. }, used), out) in active.iter().zip(&state.used).zip(&mut out) {
+        let memory = state.reserve.iter().zip(&state.turn);
+        for ((ActivePatch { patch, placed, contact, .. }, (reserve, turn)), out) in
+            active.iter().zip(memory).zip(&mut out)
+        {
             let apex = &equations.frame.apex;
             out.place_mm = back(contact.place + apex).map(|x| x * length);
             if !contact.touches {
@@ -64,10 +67,12 @@ impl<T: Elementary> Pad<'_, T> {
             let traction = back(contact.stretch * (contact.grip / patch.area_mm2));
             out.pressure_mpa = contact.force * equations.frame.approach.rate / patch.area_mm2 * pressure;
             out.traction_mpa = [traction[0] * pressure, traction[1] * pressure];
-            out.contact_area_mm2 = placed.compressed.area(contact.below, law) * (length * length);
-            out.used = used.magnitude();
-            let growing = !(*used < T::of(0.0));
-            out.stick_ratio = if growing { T::of(1.0) - slipping(out.used, law.onset) } else { T::of(1.0) };
+            let contact_share = placed.compressed.contact_share(contact.below, law);
+            out.contact_area_mm2 = placed.compressed.full_area * contact_share * (length * length);
+            out.used = (contact.length / (contact.bound + T::of(f32::MIN_POSITIVE))).at_most(T::of(1.0));
+            let falls = !(*reserve < T::of(0.0));
+            let slipping = if falls { slipping(contact, turn, contact_share, law) } else { T::of(0.0) };
+            out.stick_ratio = T::of(1.0) - slipping;
         }
         out
     }

@@ -12,13 +12,13 @@ use super::vector::Rounded;
 use super::{Numbers, Pad, PadState, Patch};
 
 /// Version of the layout of a saved state.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Largest magnitude of a number of a state.
 const LARGEST: f32 = 1e9;
 
 /// Bytes of a saved state for a pad of up to `patches` patches.
 pub const fn pad_state_bytes(patches: usize) -> usize {
-    size_of::<PadState<0>>() + 3 * 4 * patches + 12
+    size_of::<PadState<0>>() + 5 * 4 * patches + 12
 }
 
 impl Pad<'_> {

@@ -9,7 +9,7 @@ use super::Pad;
 use super::step::axes;
 use super::vector::{Bulk, Rounded, zeros};
 
-/// Values of [`PadState::used`] from here on belong to patches without contact; shares of the strength are at most 1.
+/// Values of [`PadState::reserve`] from here on belong to patches without contact.
 pub(crate) const APART: f32 = 2.0;
 /// Slide that is equivalent to a rotation by 1 rad where motions are compared, mm.
 const TURN_MM: f32 = 5.0;
@@ -33,9 +33,11 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) factor: Rounded,
     /// Anchor of each patch: the point of the surface over this place of the body's tangent plane, mm.
     pub(crate) anchors: [[T; 2]; P],
-    /// For each patch that touched at the last step, friction over strength, negative if it decreased. For the others, [`APART`] plus a
-    /// lower bound of their distance from contact, mm.
-    pub(crate) used: [T; P],
+    /// For each patch that touched at the last step, its reserve: the bound of its stretch minus the stretch, mm, the least value of this
+    /// fall, or minus the largest value of this rise. For the others, [`APART`] plus a lower bound of their distance from contact, mm.
+    pub(crate) reserve: [T; P],
+    /// Stretch of each patch where its reserve began to rise, body's axes, mm; zero if it has reached its bound since.
+    pub(crate) turn: [[T; 2]; P],
     /// Place of the body's apex along the axes of the plane, from the centre of rotation, mm: compensated sums, high and low part.
     pub(crate) shift: [[T; 2]; 2],
     /// Angle of the body about the normal, rad, a compensated sum.
@@ -105,7 +107,8 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             motion: zeros(),
             factor: Rounded::NOTHING,
             anchors: [zeros(); P],
-            used: zeros(),
+            reserve: zeros(),
+            turn: [zeros(); P],
             shift: [zeros(); 2],
             angle: zeros(),
             pivot: zeros(),
@@ -280,10 +283,11 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         self.motion = motion;
     }
 
-    /// Moves and rotates the body by a slide, mm, and a spin, rad.
-    pub(crate) fn move_body(&mut self, slide: [T; 2], spin: T) {
+    /// Moves the body by a slide, mm, and turns it by a spin, rad: a curved body about its apex, a plane, which is the same everywhere, about
+    /// the foot, so that its origin goes round.
+    pub(crate) fn move_body(&mut self, slide: [T; 2], spin: T, is_plane: bool) {
         let [x, y] = [self.shift[0][0], self.shift[1][0]];
-        let displacement = if spin == T::of(0.0) {
+        let displacement = if !is_plane || spin == T::of(0.0) {
             slide
         } else {
             let (sin, _) = spin.sin_cos();

@@ -124,15 +124,15 @@ impl<T: Elementary> Pad<'_, T> {
         state.drift = core::array::from_fn(|k| state.bulk[k] - start[k]);
         let travel = travel + self.moved_mm(&start, &state.bulk);
         let mut indices = active.iter().map(|patch| patch.index).peekable();
-        for (index, used) in state.used.iter_mut().enumerate() {
+        for (index, reserve) in state.reserve.iter_mut().enumerate() {
             if indices.next_if_eq(&index).is_none() {
-                *used -= travel;
+                *reserve -= travel;
             }
         }
         let sums = self.update_anchors_and_sum(state, &equations, &active);
         if !converged {
             // The next step may move the skin anywhere.
-            state.used = state.used.map(|used| used.at_most(T::of(APART)));
+            state.reserve = state.reserve.map(|reserve| reserve.at_most(T::of(APART)));
         }
         let response = self.response(state, &equations, &sums);
         let still = |change: &[T]| change.iter().all(|x| *x == T::of(0.0));
@@ -210,7 +210,7 @@ impl<T: Elementary> Pad<'_, T> {
         let slide = motion.slide_increment_mm.map(&mut clamp);
         let spin = clamp(motion.spin_increment_rad);
         if slide != [T::of(0.0); 2] || spin != T::of(0.0) {
-            state.move_body(slide, spin);
+            state.move_body(slide, spin, body.is_plane());
             if body.is_plane()
                 && (state.shift[0][0].magnitude() > T::of(FAR) || state.shift[1][0].magnitude() > T::of(FAR))
             {
@@ -226,9 +226,9 @@ impl<T: Elementary> Pad<'_, T> {
             let frame = self.frame(state, body);
             state.touch();
             state.bulk = zeros();
-            for ((patch, anchor), used) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.used) {
+            for ((patch, anchor), reserve) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.reserve) {
                 *anchor = closest_place(body, &frame.place(patch));
-                *used = T::of(APART);
+                *reserve = T::of(APART);
             }
             // The first step of a contact has no earlier change to extrapolate.
             state.drift = zeros();
@@ -271,7 +271,7 @@ impl<T: Elementary> Pad<'_, T> {
         let near = T::of(APART) + travel + self.moved_mm(start, &state.bulk);
         let mut indices = active.iter().map(|patch| patch.index).peekable();
         let asleep = |(index, _): &(usize, &T)| indices.next_if_eq(index).is_none();
-        state.used.iter().take(self.patches.len()).enumerate().filter(asleep).any(|(_, used)| !(*used > near))
+        state.reserve.iter().take(self.patches.len()).enumerate().filter(asleep).any(|(_, reserve)| !(*reserve > near))
     }
 
     pub(super) fn equations<'a, const P: usize, B: Surface<T>>(
@@ -300,14 +300,16 @@ impl<T: Elementary> Pad<'_, T> {
     ) {
         let (frame, body) = (&equations.frame, equations.body);
         active.clear();
-        for (index, ((patch, anchor), used)) in self.patches.iter().zip(&state.anchors).zip(&state.used).enumerate() {
+        for (index, ((patch, anchor), reserve)) in
+            self.patches.iter().zip(&state.anchors).zip(&state.reserve).enumerate()
+        {
             if let Candidates::Within(travel) = which
-                && !(*used <= T::of(APART + NEARBY_MM) + travel)
+                && !(*reserve <= T::of(APART + NEARBY_MM) + travel)
             {
                 continue;
             }
             let mut placed = self.placed(patch, *anchor, frame, body);
-            if *used >= T::of(APART) {
+            if *reserve >= T::of(APART) {
                 // Without contact the patch has no anchor yet: it is the place below the present position of the skin.
                 let moved = Vector3::from(patch.modes.each_ref().map(|row| along(row, &state.bulk)));
                 let here = placed.place + frame.soft * moved;
@@ -356,7 +358,7 @@ pub(super) enum Candidates<T> {
 }
 
 /// Rotation from the finger's axes to those of the plane, for pitch and roll in rad.
-pub(super) fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Matrix3<T> {
+pub(crate) fn axes<T: Elementary>([pitch, roll]: [T; 2]) -> Matrix3<T> {
     let ((ps, pc), (rs, rc)) = (pitch.sin_cos(), roll.sin_cos());
     let zero = T::of(0.0);
     Matrix3::new(pc, ps * rs, ps * rc, zero, rc, -rs, -ps, pc * rs, pc * rc)

@@ -66,7 +66,10 @@ impl<'a, B: Surface<f64>> PathRun<'a, B> {
         let pitch = 0.5 * (self.at[4] + next[4]);
         let rise = self.height(&next) - self.height(&self.at);
         let rotated = [-travel[5] * pitch.cos(), -travel[4], travel[3] + travel[5] * pitch.sin()];
-        let mut done = mean(0).0 * travel[0] + mean(1).0 * travel[1] + mean(2).0 * rise;
+        // A curved body spins about its apex: the point of it at the foot goes round.
+        let [x, y] = [0, 1].map(|k| if self.body.is_plane() { 0.0 } else { 0.5 * (self.at[k] + next[k]) });
+        let foot = [travel[0] + travel[3] * y, travel[1] - travel[3] * x];
+        let mut done = mean(0).0 * foot[0] + mean(1).0 * foot[1] + mean(2).0 * rise;
         for (k, rotated) in rotated.iter().enumerate() {
             done += mean(k).1 * rotated;
         }
@@ -285,6 +288,26 @@ fn bad_input_is_flagged_and_harmless() {
     assert!(r.stick_ratio < 0.2, "{}", r.stick_ratio);
     let r = pad.step(&mut state, &Plane, Motion { depth_mm: -1.0, ..press }, [30.0, 0.0]);
     assert_eq!(r, Response::default());
+}
+
+/// A press that is taken back brings no slip, while a slide that goes on and one that turns back slip in part.
+#[test]
+fn a_press_that_is_taken_back_sticks() {
+    let example = ExamplePad::new().cast::<f64>();
+    let mut run = PathRun::new(example.pad(), Plane);
+    run.to([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
+    run.to([0.5, 0.0, 1.0, 0.0, 0.0, 0.0], 50);
+    assert_eq!(run.last.regime, Regime::PartialSlip, "{}", run.last.stick_ratio);
+    run.to([0.5, 0.0, 1.2, 0.0, 0.0, 0.0], 20);
+    run.to([0.5, 0.0, 1.05, 0.0, 0.0, 0.0], 15);
+    assert_eq!(run.last.regime, Regime::Stick, "{}", run.last.stick_ratio);
+    run.to([0.5, 0.0, 1.0, 0.0, 0.0, 0.0], 5);
+    run.to([0.6, 0.0, 1.0, 0.0, 0.0, 0.0], 10);
+    assert_eq!(run.last.regime, Regime::PartialSlip, "{}", run.last.stick_ratio);
+    run.to([0.55, 0.0, 1.0, 0.0, 0.0, 0.0], 5);
+    assert_eq!(run.last.regime, Regime::Stick, "{}", run.last.stick_ratio);
+    run.to([-0.4, 0.0, 1.0, 0.0, 0.0, 0.0], 95);
+    assert_eq!(run.last.regime, Regime::PartialSlip, "{}", run.last.stick_ratio);
 }
 
 /// A long slide loses no precision, and a plane that keeps sliding is in steady slip.

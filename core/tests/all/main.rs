@@ -9,6 +9,7 @@ mod effect_steps;
 mod effects;
 mod events;
 mod file;
+mod frames;
 mod held_load;
 mod pads;
 mod properties;

@@ -73,7 +73,7 @@ fn a_slide_brings_back_what_a_small_growth_hid() {
             let [grown, plain] = [&mut grown, &mut plain].map(|state| slide(state, 1.0 + grown_mm, slide_mm));
             (hidden, grown, plain)
         };
-        let (hidden, grown, plain) = after(0.02, 0.08);
+        let (hidden, grown, plain) = after(0.03, 0.08);
         assert!(hidden > 0.99 && (grown - plain).abs() < 0.02, "{degrees} {hidden} {grown} {plain}");
         let (_, grown, plain) = after(0.2, 0.08);
         assert!(grown > plain + 0.1, "{degrees} {grown} {plain}");

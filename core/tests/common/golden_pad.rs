@@ -9,7 +9,7 @@ use fingerpad::pad::{EXAMPLE_PATCHES, Pad, PadState, Plane, Sphere};
 /// Steps on either body.
 pub const STEPS: u32 = 3_000;
 /// What they come to on the example's pad.
-pub const DIGEST: u32 = 0xdcb0_f1e1;
+pub const DIGEST: u32 = 0x4c36_7618;
 
 /// Digest of all outputs of `steps` steps on a plane and as many on a sphere: presses, slides, spins, rolling, lift-offs and now and then
 /// nonsense. 0 for a pad that is too large.

@@ -9,6 +9,8 @@ use cortex_m_rt::entry;
 use fingerpad::build::Params;
 use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
 use fingerpad::events::{Event, Queue, Watch};
+use fingerpad::frames::{FrameContact, FrameResponse, RoundBed, Shape};
+use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
     Contact, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Response, SPRINGS, SpinState, State,
@@ -112,6 +114,29 @@ fn pads(bytes: &mut [u8], f: [f32; 4]) -> Option<Response> {
     Some(r)
 }
 
+/// A pad and a bed on shapes in frames of their own.
+#[inline(never)]
+fn frames(bytes: &[u8], f: [f32; 4]) -> Option<[FrameResponse; 2]> {
+    let turn = UnitQuaternion::new_unchecked(Quaternion::new(f[0], f[1], f[2], f[3]));
+    let pose = Isometry3::from_parts(Translation3::new(f[0], f[1], f[2]), turn);
+    let pad = PadFile::from_bytes(bytes).ok()?.pad;
+    let mut last = FrameResponse::default();
+    for shape in [
+        Shape::ellipsoid([f[0], f[1], f[2]]),
+        Shape::capsule(f[0], f[1]),
+        Shape::cylinder(f[0], f[1]),
+        Shape::edge(f[0], f[1]),
+        Shape::cuboid([f[0], f[1], f[2]], f[3]),
+    ] {
+        let mut contact = FrameContact::<PadState<38>, f32>::new(&pad, shape.ok()?).ok()?;
+        contact.state_mut().set_strength_factor(f[1]);
+        last = contact.step(&pad, black_box(&pose), f[3]);
+    }
+    let bed = RoundBed::new(File::from_bytes(bytes).ok()?.model);
+    let mut contact = FrameContact::<SpinState, f32>::new(&bed, Shape::plane()).ok()?;
+    Some([last, contact.step(&bed, black_box(&pose), f[3])])
+}
+
 #[inline(never)]
 fn surroundings(r: &Response, queue: &mut Queue<8>) -> Option<Event> {
     let (mut producer, mut consumer) = queue.split();
@@ -130,6 +155,7 @@ fn main() -> ! {
         let f = black_box([1.0f32, 0.1, 0.2, 1e-3]);
         black_box(build(f, black_box(&mut buffer)));
         black_box(pads(black_box(&mut buffer), f));
+        black_box(frames(black_box(&buffer), f));
         if let Some((r, state)) = setup(black_box(&buffer), f) {
             black_box(state);
             black_box(surroundings(&r, &mut queue));

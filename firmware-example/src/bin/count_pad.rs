@@ -5,8 +5,10 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use fingerpad::pad::{Cylinder, Effort, Pad, PadState, Plane, Sphere, Surface};
-use fingerpad::{Error, Motion, Response};
+use fingerpad::frames::{Finger, FrameContact, FrameResponse, Held, Shape};
+use fingerpad::nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use fingerpad::pad::{Body, Cylinder, Effort, Pad, PadState, Plane, Sphere, Surface};
+use fingerpad::{Error, Motion, Regime, Response};
 use fingerpad_firmware::count::{Count, count, start};
 use fingerpad_firmware::{PATCHES, exit, pad};
 
@@ -72,6 +74,75 @@ fn row<B: Surface<f32>>(
     Ok(())
 }
 
+/// A pad whose steps cost nothing, so that what frames add is counted.
+struct Beside<'a>(Pad<'a>);
+
+impl Finger<PadState<PATCHES>> for Beside<'_> {
+    type Scalar = f32;
+    const TOUCHES_CURVED: bool = true;
+
+    fn fresh(&self) -> Result<PadState<PATCHES>, Error> {
+        self.0.fresh()
+    }
+    fn restart(&self, _: &mut PadState<PATCHES>) {}
+    fn in_contact(&self, _: &PadState<PATCHES>) -> bool {
+        true
+    }
+    fn neutral_deg(&self) -> [f32; 2] {
+        Finger::<PadState<PATCHES>>::neutral_deg(&self.0)
+    }
+    fn depth_max_mm(&self) -> f32 {
+        self.0.depth_max_mm()
+    }
+    fn hold(&self, tilt: [f32; 2]) -> Held<f32> {
+        Finger::<PadState<PATCHES>>::hold(&self.0, tilt)
+    }
+    fn lowest_mm(&self, normal: &Vector3<f32>, tilt: [f32; 2], held: &Held<f32>) -> f32 {
+        Finger::<PadState<PATCHES>>::lowest_mm(&self.0, normal, tilt, held)
+    }
+    fn lowest_slopes_mm(&self, tilt: [f32; 2], held: &Held<f32>) -> [f32; 2] {
+        Finger::<PadState<PATCHES>>::lowest_slopes_mm(&self.0, tilt, held)
+    }
+    fn advance(&self, _: &mut PadState<PATCHES>, _: &Body, motion: Motion, _: [f32; 2]) -> Response {
+        let mut response = Response::IN_THE_AIR;
+        response.regime = Regime::Stick;
+        response.normal_force_n = motion.depth_mm;
+        response.friction_n = motion.slide_increment_mm;
+        response
+    }
+}
+
+struct Frames<'a> {
+    finger: Beside<'a>,
+    contact: FrameContact<PadState<PATCHES>, f32>,
+    felt: FrameResponse,
+    poses: [Isometry3<f32>; 64],
+}
+
+/// A step to the pose of a number.
+extern "C" fn frame_step(b: &mut Frames<'_>, &[number, ..]: &[f32; 4]) {
+    if let Some(pose) = b.poses.get(number as usize) {
+        b.felt = b.contact.step(&b.finger, pose, 1e-3);
+    }
+}
+
+/// The part of frames beside the step of the pad: a body that slides and turns under the finger.
+fn frames(name: &str, shape: Shape<f32>, under_mm: f32) -> Result<(), Error> {
+    let finger = Beside(pad()?);
+    let contact = FrameContact::new(&finger, shape)?;
+    let poses: [Isometry3<f32>; 64] = core::array::from_fn(|k| {
+        let by = 0.01 * k as f32;
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.05 * by, -0.5236 + 0.1 * by, 0.2 * by));
+        Isometry3::from_parts(Translation3::from(turn * Vector3::new(by, 0.3 * by, 1.0 - under_mm)), turn)
+    });
+    let mut bench = Frames { finger, contact, felt: FrameResponse::default(), poses };
+    frame_step(&mut bench, &[0.0; 4]);
+    let numbers: [[f32; 4]; 64] = core::array::from_fn(|k| [k as f32, 0.0, 0.0, 0.0]);
+    print(name, count(frame_step, &mut bench, &numbers));
+    black_box(&bench.felt);
+    Ok(())
+}
+
 fn all() -> Result<(), Error> {
     let strokes = samples(0.0);
     let spins = samples(0.01);
@@ -90,7 +161,10 @@ fn all() -> Result<(), Error> {
     let taps = between([-0.05, 0.0, 0.0, 0.0], [0.1, 0.02, 0.0, 0.0]);
     row("pad, plane, taps at 0.15 m/s", Plane, [30.0, 0.0], [0.0; 2], &taps)?;
     let rest = [[1.0, 0.0, 0.0, 0.0]; 64];
-    row("pad, plane, at rest", Plane, [30.0, 0.0], [0.0; 2], &rest[8..])
+    row("pad, plane, at rest", Plane, [30.0, 0.0], [0.0; 2], &rest[8..])?;
+    frames("frames of a pad, plane, beside its step", Shape::plane(), 0.0)?;
+    frames("frames of a pad, sphere of 10 mm, beside its step", Shape::sphere(10.0)?, 10.0)?;
+    frames("frames of a pad, box, beside its step", Shape::cuboid([20.0, 20.0, 5.0], 2.0)?, 5.0)
 }
 
 #[entry]

@@ -205,6 +205,7 @@ impl Run {
 mod tests {
     use super::*;
     use crate::{DesignSettings, design};
+    use fingerpad_fe::experiment::{BodyKind, RigidBodySettings};
 
     fn run() -> Run {
         let e = &design(&DesignSettings::default()).unwrap()[5];
@@ -236,6 +237,24 @@ mod tests {
         bad.samples[3].turned = Some(Turned { moment_n_mm: [0.0, f32::NAN, 0.0], ..Turned::default() });
         let message = Run::from_bytes(&bad.to_bytes(), FilePath::new("a.fprun")).unwrap_err().to_string();
         assert!(message.starts_with("a.fprun: row 3 "), "{message}");
+    }
+
+    /// Runs of an earlier program keep their meaning, or are refused: a curved body then spun about the foot.
+    #[test]
+    fn earlier_physics_is_refused_where_it_differs() {
+        let mut ball = run();
+        ball.body = RigidBodySettings { kind: BodyKind::Sphere, radius_mm: Some(8.0), ..RigidBodySettings::default() };
+        let turned = |spin_deg| Some(Turned { spin_deg, ..Turned::default() });
+        ball.samples.iter_mut().for_each(|s| s.turned = turned(0.0));
+        for aside_mm in [0.0, 0.5] {
+            for sample in &mut ball.samples[30..] {
+                (sample.turned, sample.slide_mm) = (turned(10.0), [aside_mm, 0.0]);
+            }
+            let mut bytes = ball.to_bytes();
+            assert!(Run::from_bytes(&bytes, FilePath::new("r")).is_ok());
+            bytes[..8].copy_from_slice(b"FPRUN003");
+            assert_eq!(Run::from_bytes(&bytes, FilePath::new("r")).is_ok(), aside_mm == 0.0);
+        }
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The bytes of a stored run.
 //!
-//! Eight bytes `FPRUN003`, then a DEFLATE stream of a postcard record. The rows are stored by column, so that constant columns take no
-//! space. Files that begin with `FPRUN002` do not contain the body, which is a plane.
+//! Eight bytes `FPRUN004`, then a DEFLATE stream of a postcard record. The rows are stored by column, so that constant columns take no
+//! space. The number is also a version of the physics: in files that begin with `FPRUN003` a curved body spins about its foot, from 004
+//! on about its apex. Those that begin with `FPRUN002` do not contain the body, which is a plane.
 
 use std::io::{Read, Write};
 
@@ -11,10 +12,11 @@ use serde::{Deserialize, Serialize};
 use super::Kind;
 use super::runs::{Run, Sample, Turned};
 use fingerpad::Regime;
-use fingerpad_fe::experiment::RigidBodySettings;
+use fingerpad_fe::experiment::{BodyKind, RigidBodySettings};
 use fingerpad_fe::load_path::Path;
 
-const MAGIC: &[u8; 8] = b"FPRUN003";
+const MAGIC: &[u8; 8] = b"FPRUN004";
+const MAGIC_ABOUT_FOOT: &[u8; 8] = b"FPRUN003";
 const MAGIC_WITHOUT_BODY: &[u8; 8] = b"FPRUN002";
 /// Largest size of a decompressed record, bytes. A run has at most some thousand rows; a larger record is damaged.
 const LARGEST_BYTES: u64 = 64 << 20;
@@ -66,13 +68,25 @@ pub(super) fn to_bytes(run: &Run) -> Vec<u8> {
 /// The problem with the bytes.
 pub(super) fn from_bytes(bytes: &[u8]) -> Result<Run, String> {
     match bytes.get(..MAGIC.len()) {
-        Some(magic) if magic == MAGIC => {
+        Some(magic) if magic == MAGIC || magic == MAGIC_ABOUT_FOOT => {
             let StoredWithBody(stored, body) = read(&bytes[MAGIC.len()..])?;
-            run(stored, serde_json::from_str(&body).map_err(|e| format!("damaged: body {body}: {e}"))?)
+            let run = run(stored, serde_json::from_str(&body).map_err(|e| format!("damaged: body {body}: {e}"))?)?;
+            if magic == MAGIC_ABOUT_FOOT && run.body.kind != BodyKind::Plane && spins_aside(&run.samples) {
+                return Err(
+                    "made by an earlier program, in which a curved body span about another point; run it again".into(),
+                );
+            }
+            Ok(run)
         }
         Some(magic) if magic == MAGIC_WITHOUT_BODY => run(read(&bytes[MAGIC.len()..])?, RigidBodySettings::default()),
-        _ => Err("not a stored run (no FPRUN003 or FPRUN002)".into()),
+        _ => Err("not a stored run (no FPRUN004, FPRUN003 or FPRUN002)".into()),
     }
+}
+
+/// Whether the body spins while its apex is not at the foot.
+fn spins_aside(samples: &[Sample]) -> bool {
+    let spin = |s: &Sample| s.turned.map_or(0.0, |turned| turned.spin_deg);
+    samples.windows(2).any(|pair| spin(&pair[0]) != spin(&pair[1]) && pair.iter().any(|s| s.slide_mm != [0.0; 2]))
 }
 
 fn read<T: serde::de::DeserializeOwned>(body: &[u8]) -> Result<T, String> {

@@ -101,6 +101,8 @@ impl<'a> Teller<'a> {
             Request::PadFactor(factor) => self.pad.factor(factor),
             Request::PadStep(numbers) => self.pad.step(numbers),
             Request::Patches => self.pad.patches(),
+            Request::Shape { kind, numbers } => self.pad.shape(kind, numbers),
+            Request::Pose(numbers) => self.pad.pose(numbers),
             Request::PadSave => self.pad.save(),
         }
     }

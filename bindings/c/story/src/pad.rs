@@ -1,6 +1,8 @@
 //! What the core answers of a pad, and a pad of more patches.
 
+use fingerpad::frames::{FrameContact, FrameResponse, Shape};
 use fingerpad::host::PadModelFile;
+use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Patch, Sphere, pad_state_bytes};
 use fingerpad::{Error, Motion, Tuning};
 
@@ -36,6 +38,7 @@ pub struct PadTeller<'a> {
     body: Body,
     state: Option<PadState<FEW>>,
     roomy: PadState<ROOM>,
+    framed: FrameContact<PadState<ROOM>>,
 }
 
 fn range(holds: bool) -> String {
@@ -51,6 +54,7 @@ impl<'a> PadTeller<'a> {
             body: Body::Plane,
             state: PadState::new(&fitted).ok(),
             roomy: PadState::new(&fitted).expect("a pad of at most 64 patches"),
+            framed: FrameContact::new(&fitted, Shape::plane()).expect("a pad of at most 64 patches"),
         }
     }
 
@@ -113,6 +117,33 @@ impl<'a> PadTeller<'a> {
             words(&[x, y, z, p.pressure_mpa, along, across, p.contact_area_mm2, p.stick_ratio, p.used])
         };
         patches.iter().take(self.patch_count()).map(row).collect()
+    }
+
+    pub fn shape(&mut self, kind: u32, numbers: [f32; 5]) -> String {
+        let [a, b, c, edge_radius_mm, angle_deg] = numbers.map(f64::from);
+        let shape = match kind {
+            0 => Ok(Shape::plane()),
+            1 => Shape::sphere(a),
+            2 => Shape::ellipsoid([a, b, c]),
+            3 => Shape::capsule(a, b),
+            4 => Shape::cylinder(a, b),
+            5 => Shape::edge(a, angle_deg),
+            6 => Shape::cuboid([a, b, c], edge_radius_mm),
+            _ => return range(false),
+        };
+        let Ok(shape) = shape else { return range(false) };
+        self.framed = FrameContact::new(&self.pad, shape).expect("a pad of at most 64 patches");
+        range(true)
+    }
+
+    pub fn pose(&mut self, numbers: [f32; 8]) -> String {
+        let [x, y, z, w, i, j, k, _] = numbers.map(f64::from);
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+        let body = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+        let FrameResponse { on_finger, on_body, depth_mm, pose_deg, face, response, .. } =
+            self.framed.step(&self.pad, &body, numbers[7]);
+        let wrenches = [on_finger.force_n, on_finger.moment_n_mm, on_body.force_n, on_body.moment_n_mm].concat();
+        words(&wrenches) + &words(&[depth_mm, pose_deg[0], pose_deg[1]]) + &format!(" {face}") + &forces(&response)
     }
 
     pub fn save(&mut self) -> String {

@@ -43,6 +43,7 @@ pub fn story(pads: &[PadModelFile]) -> Vec<Request> {
         hand_over(&mut requests, pad.bytes());
         requests.push(Request::PadLoad(k));
         pad_clean(&mut requests);
+        pad_frames(&mut requests, &mut Noise(SEED + 4 + k as u32));
         pad_disturbed(&mut requests, &mut Noise(SEED + 2 + k as u32));
     }
     requests
@@ -197,6 +198,64 @@ fn pad_clean(requests: &mut Vec<Request>) {
         requests.extend([Request::Patches, Request::PadSave]);
         requests.extend((0..=50).map(|i| step(1.0 - 0.02 * i as f32, 0.0, 0.0, 40.0, -10.0)));
     }
+}
+
+/// Shapes that come down on the finger, slide, turn and go, with noise; then nonsense.
+fn pad_frames(requests: &mut Vec<Request>, noise: &mut Noise) {
+    // Kind, sizes, edge, angle; distance of the origin below the surface, mm.
+    let shapes: [(u32, [f32; 5], f32); 7] = [
+        (0, [0.0; 5], 0.0),
+        (1, [10.0, 0.0, 0.0, 0.0, 0.0], 10.0),
+        (2, [14.0, 12.0, 8.0, 0.0, 0.0], 8.0),
+        (3, [9.0, 20.0, 0.0, 0.0, 0.0], 9.0),
+        (4, [12.0, 15.0, 0.0, 0.0, 0.0], 15.0),
+        (5, [3.0, 0.0, 0.0, 0.0, 100.0], 0.0),
+        (6, [20.0, 15.0, 6.0, 2.0, 0.0], 6.0),
+    ];
+    for (kind, numbers, under_mm) in shapes {
+        requests.push(Request::Shape { kind, numbers });
+        for i in 0..120u32 {
+            let part = (i as f32 - 40.0).max(0.0);
+            let depth = if i < 110 { 0.02 * i.min(50) as f32 - 0.1 } else { -0.5 };
+            let (half, roll) = (-0.261_8 + 0.001 * part, 0.0005 * part);
+            // A capsule lies along the finger's y axis.
+            let lies: [f64; 4] =
+                if kind == 3 { [0.5f64.sqrt(), 0.5f64.sqrt(), 0.0, 0.0] } else { [1.0, 0.0, 0.0, 0.0] };
+            let turn =
+                [f64::from(half).cos() * f64::from(roll).cos(), f64::from(roll).sin(), f64::from(half).sin(), 0.0];
+            let [w, x, y, z] = product(turn, lies);
+            let (sin, cos) = (-2.0 * half).sin_cos();
+            let below = depth - under_mm + noise.about(0.002);
+            requests.push(Request::Pose([
+                -sin * below + 0.01 * part,
+                0.004 * part + noise.about(0.002),
+                cos * below,
+                w as f32,
+                x as f32,
+                y as f32,
+                z as f32,
+                DT_S,
+            ]));
+        }
+        let (wild, nan) = (f32::from_bits(noise.bits()), f32::NAN);
+        requests.extend([
+            Request::Pose([wild, wild, wild, 1.0, 0.0, 0.0, 0.0, DT_S]),
+            Request::Pose([nan, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, DT_S]),
+            Request::Pose([0.0, 0.0, 0.0, 2.0, 0.0, nan, 0.0, wild]),
+            Request::Shape { kind: 7, numbers },
+            Request::Shape { kind: 6, numbers: [nan, 1.0, 1.0, 1.0, 1.0] },
+        ]);
+    }
+}
+
+/// Product of two quaternions, w first.
+fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
+    [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
 }
 
 /// On bodies that change: noise, reversals, spin, rolling, changing strength and finger, and nonsense.

@@ -18,6 +18,8 @@
 //! | `pad-factor F` | strength factor of the pad's contact; the same |
 //! | `pad-step DEPTH X Y SPIN PITCH ROLL DT` | a step of the pad: a response |
 //! | `patches` | the load of each patch: nine numbers each |
+//! | `shape KIND THREE-SIZES EDGE ANGLE` | a contact of the pad in frames with a shape (kinds as in `fingerpad.h`); answer: 0, or 8 where out of range |
+//! | `pose X Y Z W I J K DT` | a step of that contact to a pose of the body: both wrenches, depth, pitch, roll, face, the response |
 //! | `pad-save` | the pad's state as bytes, from which it is then restored |
 
 use std::fmt;
@@ -41,6 +43,8 @@ pub enum Request {
     PadFactor(f32),
     PadStep([f32; 7]),
     Patches,
+    Shape { kind: u32, numbers: [f32; 5] },
+    Pose([f32; 8]),
     PadSave,
 }
 
@@ -73,6 +77,8 @@ impl fmt::Display for Request {
             Self::PadFactor(factor) => write!(f, "pad-factor{}", words(&[*factor])),
             Self::PadStep(numbers) => write!(f, "pad-step{}", words(numbers)),
             Self::Patches => write!(f, "patches"),
+            Self::Shape { kind, numbers } => write!(f, "shape {kind:x}{}", words(numbers)),
+            Self::Pose(numbers) => write!(f, "pose{}", words(numbers)),
             Self::PadSave => write!(f, "pad-save"),
         }
     }

@@ -3,12 +3,17 @@
 //! `native bed MODEL.fpm spin|plain` and `native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL` read rows of eight little-endian floats
 //! (depth, slide x, slide y, spin, dt, strength factor, pitch, roll; beds pass the last two over) and write the eighteen words of each
 //! response, and of a pad behind them the nine floats of each of its patches. PITCH and ROLL are the pose over the body's apex.
+//! `native frames bed|pad MODEL.fpm SHAPE SIZE...` reads rows of nine little-endian doubles (position and quaternion w, x, y, z of the body in
+//! the finger's frame, dt, strength factor) and writes 34 words: those of the response, force and moment on finger and body, depth, pitch,
+//! roll, face.
 
 use std::io::{BufWriter, Read, StdoutLock, Write};
 
+use fingerpad::frames::{Finger, FrameContact, RoundBed, Shape};
 use fingerpad::host::{ModelFile, PadModelFile};
+use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Body, Cylinder, Edge, PadState, Plane, Sphere, Surface};
-use fingerpad::{Model, Motion, Response, StateOf};
+use fingerpad::{Model, Motion, Response, SpinState, StateOf};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -37,10 +42,25 @@ fn main() -> Result<(), Failure> {
                 _ => Err(format!("{body} is no body").into()),
             }
         }
-        _ => {
-            Err("usage: native bed MODEL.fpm spin|plain, or native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL"
-                .into())
+        ["frames", kind, model, shape, ..] => {
+            let sizes = words[4..].iter().map(|size| size.parse()).collect::<Result<Vec<f64>, _>>()?;
+            let shape = match (shape, &sizes[..]) {
+                ("plane", []) => Shape::plane(),
+                ("sphere", &[radius]) => Shape::sphere(radius)?,
+                ("cylinder", &[radius, half_length]) => Shape::cylinder(radius, half_length)?,
+                ("cuboid", &[x, y, z, edge_radius]) => Shape::cuboid([x, y, z], edge_radius)?,
+                _ => return Err(format!("{shape} of {sizes:?} is no shape").into()),
+            };
+            if kind == "bed" {
+                let set = |state: &mut SpinState, factor| _ = state.set_strength_factor(factor);
+                return in_frames(&RoundBed::new(load(model)?.file().model), shape, set);
+            }
+            let set = |state: &mut PadState<PATCHES>, factor| _ = state.set_strength_factor(factor);
+            in_frames(&PadModelFile::new(&std::fs::read(model)?)?.file().pad, shape, set)
         }
+        _ => Err("usage: native bed MODEL.fpm spin|plain, native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL, \
+                  or native frames bed|pad MODEL.fpm SHAPE SIZE..."
+            .into()),
     }
 }
 
@@ -84,6 +104,30 @@ fn on_pad(
             let floats = [x, y, z, p.pressure_mpa, tx, ty, p.contact_area_mm2, p.stick_ratio, p.used];
             write(&mut out, &floats.map(f32::to_bits))?;
         }
+    }
+    Ok(out.flush()?)
+}
+
+fn in_frames<S: Clone, F: Finger<S, Scalar = f32>>(
+    finger: &F,
+    shape: Shape,
+    set_strength_factor: impl Fn(&mut S, f32),
+) -> Result<(), Failure> {
+    let mut bytes = Vec::new();
+    std::io::stdin().read_to_end(&mut bytes)?;
+    let mut contact = FrameContact::new(finger, shape)?;
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    for row in bytes.as_chunks::<8>().0.as_chunks::<9>().0 {
+        let [x, y, z, w, i, j, k, dt_s, factor] = row.map(f64::from_le_bytes);
+        let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+        set_strength_factor(contact.state_mut(), factor as f32);
+        let r = contact.step(finger, &Isometry3::from_parts(Translation3::new(x, y, z), turn), dt_s as f32);
+        let (finger, body) = (r.on_finger, r.on_body);
+        let wrenches = [finger.force_n, finger.moment_n_mm, body.force_n, body.moment_n_mm];
+        write(&mut out, &words(&r.response))?;
+        write(&mut out, &wrenches.concat().into_iter().map(f32::to_bits).collect::<Vec<_>>())?;
+        write(&mut out, &[r.depth_mm, r.pose_deg[0], r.pose_deg[1]].map(f32::to_bits))?;
+        write(&mut out, &[r.face.into()])?;
     }
     Ok(out.flush()?)
 }

@@ -18,6 +18,7 @@ from fingerpad._commands import (
 )
 from fingerpad._errors import Error, InputError, Interrupted, ModelError, NumericsError
 from fingerpad._fingers import DRIVEN, EVENT, FORCES, LIMIT, PATCH, PRESSURE_MAP, RESPONSE, SLIP_MAP, Fingers, Regime, Status
+from fingerpad._frames import FRAMES, FrameContacts, Shape, relative_pose
 from fingerpad._limit_surface import LimitSurface, limit_surface
 from fingerpad._native import Finger, Model, Pad, Response, __version__, load, status_words
 from fingerpad._program import Progress
@@ -26,6 +27,7 @@ __all__ = [
     "DRIVEN",
     "EVENT",
     "FORCES",
+    "FRAMES",
     "LIMIT",
     "PATCH",
     "PRESSURE_MAP",
@@ -37,6 +39,7 @@ __all__ = [
     "Error",
     "Finger",
     "Fingers",
+    "FrameContacts",
     "Identification",
     "InputError",
     "Interrupted",
@@ -50,6 +53,7 @@ __all__ = [
     "Reduction",
     "Regime",
     "Response",
+    "Shape",
     "Simulation",
     "Sphere",
     "Status",
@@ -61,6 +65,7 @@ __all__ = [
     "limit_surface",
     "load",
     "reduce",
+    "relative_pose",
     "simulate",
     "status_words",
 ]

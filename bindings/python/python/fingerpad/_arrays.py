@@ -56,6 +56,14 @@ def broadcast(name: str, value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.f
     return np.ascontiguousarray(array if array.shape == shape else fit(name, array, shape))
 
 
+def rows(name: str, value: Any, length: int) -> npt.NDArray[np.float64]:
+    """Rows of 64-bit floats."""
+    array = number(name, value).astype(np.float64)
+    if array.shape[-1:] != (length,):
+        raise InputError(f"{name}: an array of shape {array.shape} where rows of {length} numbers are needed")
+    return array
+
+
 def broadcast_shape(arrays: Mapping[str, npt.NDArray[Any]]) -> tuple[int, ...]:
     """The common shape of arguments. Raises InputError with the shapes that do not fit."""
     try:

@@ -11,18 +11,21 @@ from fingerpad._errors import InputError
 RADIUS_MM = (0.1, 1e6)
 
 
-def _set(body: object, name: str, least: float, most: float, may_be_negative: bool = False) -> None:
-    """Makes a number of a body a float, once it is known to lie within a range."""
-    value = getattr(body, name)
+def checked(name: str, value: object, least: float, most: float, may_be_negative: bool = False) -> float:
+    """A number as a float, once it is known to lie within a range."""
     try:
-        number = float(value)
+        number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         raise InputError(f"{name}: {value!r} where a number is needed") from None
     if not least <= (abs(number) if may_be_negative else number) <= most:
         hollow = ", or the negative of that for a hollow" if may_be_negative else ""
         raise InputError(f"{name}: {value} is not between {least:.7g} and {most:.7g}{hollow}")
-    # Bodies of equal numbers are spelled alike: a saved state compares bodies by their spelling.
-    object.__setattr__(body, name, number)
+    return number
+
+
+def _set(body: object, name: str, least: float, most: float, may_be_negative: bool = False) -> None:
+    """Makes a number of a body a float, so that bodies of equal numbers are spelled alike: a saved state compares their spelling."""
+    object.__setattr__(body, name, checked(name, getattr(body, name), least, most, may_be_negative))
 
 
 @dataclass(frozen=True)

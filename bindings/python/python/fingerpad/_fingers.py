@@ -147,10 +147,90 @@ class Status(IntFlag):
     POSE_OUT_OF_RANGE = 1 << 9
     NOT_CONVERGED = 1 << 10
     BODY_TOO_SHARP = 1 << 11
+    BEGAN_INSIDE = 1 << 12
+    BEYOND_EDGE = 1 << 13
+
+
+class Batch:
+    """What all contacts that step together have."""
+
+    _model: Model | Pad
+    _count: int
+    _contacts: Contacts
+
+    def _take(self, model: Model | Pad, count: SupportsIndex) -> None:
+        """Takes a model and a count once both are checked."""
+        kind = Pad if isinstance(model, Pad) else Model
+        if not isinstance(model, kind):
+            raise InputError(f"model: {type(model).__name__} where a Model or a Pad is needed")
+        try:
+            # A boolean is an index, but no count.
+            self._count = operator.index(count if not isinstance(count, bool) else None)  # type: ignore[arg-type]
+        except TypeError:
+            raise InputError(f"count: {count!r} where a whole number is needed") from None
+        if not 0 <= self._count <= MOST_FINGERS[kind]:
+            raise InputError(f"count: {self._count} is not between 0 and {MOST_FINGERS[kind]}")
+        if isinstance(model, Model) and model.effects:
+            names = ", ".join(name for name, _ in model.effects)
+            warnings.warn(f"the steps of {type(self).__name__} leave out the effects of this model file: {names}", stacklevel=3)
+        self._model = model
+
+    @property
+    def model(self) -> Model | Pad:
+        """The bed or the pad."""
+        return self._model
+
+    def __len__(self) -> int:
+        """Number of fingers."""
+        return self._count
+
+    @property
+    def depth_mm(self) -> npt.NDArray[np.float32]:
+        """Depth of the last step, mm, one a finger."""
+        return np.array(self._contacts.state()[0], np.float32)
+
+    @property
+    def strength_factor(self) -> npt.NDArray[np.float32]:
+        """Factor on the friction in use, one a finger."""
+        return np.array(self._contacts.state()[1], np.float32)
+
+    def reset(self, which: npt.ArrayLike | None = None) -> None:
+        """Lifts fingers off and clears their memory: all, or those where `which` (booleans, one a finger) is true."""
+        chosen = np.asarray(True if which is None else which)
+        if chosen.dtype != np.bool_:
+            raise InputError(f"which: {chosen.dtype} where booleans are needed")
+        self._contacts.reset(np.ascontiguousarray(fit("which", chosen, (self._count,))))
+
+    def watch(
+        self,
+        *,
+        first_slip: float = 0.99,
+        sure_slip: float = 0.95,
+        full_slip: float = 0.1,
+        partial_restick: float = 0.3,
+        restick: float = 0.995,
+        looks: int = 8,
+        contact_looks: int = 2,
+    ) -> None:
+        """Records events from the next step on, and counts ticks from there.
+
+        Thresholds are stick ratios, with a gap between there and back: first slip below `first_slip` for `looks` steps or
+        below `sure_slip` at once, full slip at `full_slip`, restick above `partial_restick` (in part) and `restick`; touch
+        and lift-off after `contact_looks` steps. An event comes up to `looks` - 1 steps late. The defaults pass noise of 10 um on
+        depth and slide: no event at rest, one first slip for each slide.
+        """
+        for name, value in {"looks": looks, "contact_looks": contact_looks}.items():
+            if not 0 <= value <= 255:
+                raise InputError(f"{name}: {value} is not between 0 and 255")
+        self._contacts.watch(first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks)
+
+    def events(self) -> npt.NDArray[np.void]:
+        """Events since `watch`, or since the last call: an array of `EVENT`."""
+        return np.array(self._contacts.take_events(), EVENT)
 
 
 @final
-class Fingers:
+class Fingers(Batch):
     """Contacts of one model, which step together and do not influence each other.
 
     A contact of a bed (`Model`) remembers where its springs are held on the plane, one of a pad (`Pad`) where its patches are held on
@@ -179,33 +259,17 @@ class Fingers:
         apex lies under first touch, and that of steps which name none; numbers or one a finger, the pad's neutral pitch and no roll
         by default.
         """
-        kind = Pad if isinstance(model, Pad) else Model
-        if not isinstance(model, kind):
-            raise InputError(f"model: {type(model).__name__} where a Model or a Pad is needed")
-        try:
-            # A boolean is an index, but no count.
-            self._count = operator.index(count if not isinstance(count, bool) else None)  # type: ignore[arg-type]
-        except TypeError:
-            raise InputError(f"count: {count!r} where a whole number is needed") from None
-        if not 0 <= self._count <= MOST_FINGERS[kind]:
-            raise InputError(f"count: {self._count} is not between 0 and {MOST_FINGERS[kind]}")
+        self._take(model, count)
         if not isinstance(spin, (bool, np.bool_)):
             raise InputError(f"spin: {spin!r} where True or False is needed")
-        self._model: Model | Pad = model
         self._body: Body = Plane() if body is None else body
         self._poses: npt.NDArray[np.float32] | None = None
         if isinstance(model, Pad):
             self._init_pad(model, pitch_deg, roll_deg)
         else:
             refuse_pose(model, body=body, pitch_deg=pitch_deg, roll_deg=roll_deg)
-            self._init_bed(model, bool(spin))
-
-    def _init_bed(self, model: Model, spin: bool) -> None:
-        if model.effects:
-            names = ", ".join(name for name, _ in model.effects)
-            warnings.warn(f"the steps of Fingers leave out the effects of this model file: {names}", stacklevel=3)
-        self._spin = spin
-        self._contacts = Contacts.of_bed(model, self._count, spin)
+            self._spin = bool(spin)
+            self._contacts = Contacts.of_bed(model, self._count, self._spin)
 
     def _init_pad(self, pad: Pad, pitch_deg: Numbers | None, roll_deg: Numbers | None) -> None:
         if not isinstance(self._body, (_bodies.Plane, _bodies.Sphere, _bodies.Cylinder, _bodies.Edge)):
@@ -224,11 +288,6 @@ class Fingers:
         self._contacts = Contacts.of_pad(pad, type(body).__name__, _bodies.numbers(body), repr(body), poses)
 
     @property
-    def model(self) -> Model | Pad:
-        """The bed or the pad."""
-        return self._model
-
-    @property
     def body(self) -> Body:
         """The body that the fingers touch; a plane for those of a bed."""
         return self._body
@@ -237,10 +296,6 @@ class Fingers:
     def spin(self) -> bool:
         """Whether contacts follow a turn of the body."""
         return self._spin
-
-    def __len__(self) -> int:
-        """Number of fingers."""
-        return self._count
 
     def __repr__(self) -> str:
         more = f" on {self._body!r}" if isinstance(self._model, Pad) else ", with spin" if self._spin else ""
@@ -421,23 +476,6 @@ class Fingers:
             result[name] = forces[:, :, k]
         return result
 
-    @property
-    def depth_mm(self) -> npt.NDArray[np.float32]:
-        """Depth of the last step, mm, one a finger."""
-        return np.array(self._contacts.state()[0], np.float32)
-
-    @property
-    def strength_factor(self) -> npt.NDArray[np.float32]:
-        """Factor on the friction in use, one a finger."""
-        return np.array(self._contacts.state()[1], np.float32)
-
-    def reset(self, which: npt.ArrayLike | None = None) -> None:
-        """Lifts fingers off and clears their memory: all, or those where `which` (booleans, one a finger) is true."""
-        chosen = np.asarray(True if which is None else which)
-        if chosen.dtype != np.bool_:
-            raise InputError(f"which: {chosen.dtype} where booleans are needed")
-        self._contacts.reset(np.ascontiguousarray(fit("which", chosen, (self._count,))))
-
     def save(self) -> bytes:
         """The state of all fingers, each with its checksum and that of the model; of a pad also its body and tuning. Watches and
         their events are not in it."""
@@ -454,33 +492,6 @@ class Fingers:
         made._body, made._poses = self._body, self._poses
         made._contacts = self._contacts.copy()
         return made
-
-    def watch(
-        self,
-        *,
-        first_slip: float = 0.99,
-        sure_slip: float = 0.95,
-        full_slip: float = 0.03,
-        partial_restick: float = 0.3,
-        restick: float = 0.995,
-        looks: int = 8,
-        contact_looks: int = 2,
-    ) -> None:
-        """Records events from the next step on, and counts ticks from there.
-
-        Thresholds are stick ratios, with a gap between there and back: first slip below `first_slip` for `looks` steps or
-        below `sure_slip` at once, full slip at `full_slip`, restick above `partial_restick` (in part) and `restick`; touch
-        and lift-off after `contact_looks` steps. An event comes up to `looks` - 1 steps late. The defaults pass noise of 5 um on
-        depth and slide: no event at rest, one first slip for each slide.
-        """
-        for name, value in {"looks": looks, "contact_looks": contact_looks}.items():
-            if not 0 <= value <= 255:
-                raise InputError(f"{name}: {value} is not between 0 and 255")
-        self._contacts.watch(first_slip, sure_slip, full_slip, partial_restick, restick, looks, contact_looks)
-
-    def events(self) -> npt.NDArray[np.void]:
-        """Events since `watch`, or since the last call: an array of `EVENT`."""
-        return np.array(self._contacts.take_events(), EVENT)
 
     def __reduce__(self) -> tuple[Any, tuple[Model | Pad, int, dict[str, Any], bytes]]:
         from fingerpad import _pickle

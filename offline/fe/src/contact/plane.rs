@@ -29,15 +29,16 @@ pub const ROLL: usize = 5;
 /// the finger is turned first about the neutral x axis (roll), then about the neutral y axis (pitch, tip down), both by
 /// the right-hand rule. The finger's base is fixed, so that the plane gets the inverse of this rotation.
 ///
-/// Slide and spin are motions of the plane at its foot, the point of the plane under first touch in the neutral pose:
-/// it moves there by (x, y) along its axes, which pitch and roll turn and spin does not, and turns about its normal
-/// there. A plane is the same everywhere, so that only these rates matter, and the order of slide and spin has no
-/// influence.
+/// Slide moves the apex of a body by (x, y) along its axes, which pitch and roll turn and spin does not; spin turns the body
+/// about the normal through its apex. The pose is a function of the coordinates, so that a closed loop of them closes.
+///
+/// A plane is the same everywhere and has its apex at its foot, the point of it under first touch in the neutral pose:
+/// slide and spin are its motions there, only these rates matter, and the order of slide and spin has no influence.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Plane {
     /// Coordinates of the motion, counted from the neutral pose at first touch.
     pub at: Coordinates,
-    /// Place of the plane's material origin along the plane's axes, seen from the foot, mm.
+    /// Place of a plane's material origin along the plane's axes, seen from the foot, mm.
     shift: Vector2<f64>,
 }
 
@@ -84,18 +85,28 @@ impl Plane {
         let tilt = self.tilt();
         let foot = reach.pivot_mm() + tilt * Vector3::z() * (reach.height_mm(&tilt) + self.at[DEPTH]);
         let rotation = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), self.at[SPIN]);
-        let origin = foot + tilt * Vector3::new(self.shift.x, self.shift.y, 0.0);
+        let origin = foot + self.to_origin(reach, &tilt);
         Frame { rotation, origin, tilt, foot }
     }
 
-    /// Velocity of the plane per rate of a coordinate: rotation about the foot and translation of the foot, in the
+    /// From the foot to the material origin, which is the apex of a curved body, finger's frame.
+    fn to_origin(&self, reach: &Reach, tilt: &Rotation3<f64>) -> Vector3<f64> {
+        let [x, y] = if reach.body().is_plane() { self.shift.into() } else { [self.at[X], self.at[Y]] };
+        tilt * Vector3::new(x, y, 0.0)
+    }
+
+    /// Velocity of the plane per rate of a coordinate: its rotation, and the motion of the point of it at the foot, in the
     /// finger's frame.
     pub fn twist(&self, coordinate: usize, reach: &Reach) -> Twist {
         let tilt = self.tilt();
         let axis = |k: usize| tilt * Vector3::ith(k, 1.0);
         match coordinate {
             X | Y | DEPTH => Twist { turn: Vector3::zeros(), motion: axis(coordinate), spin: 0.0 },
-            SPIN => Twist { turn: axis(2), motion: Vector3::zeros(), spin: 1.0 },
+            SPIN => {
+                let is_plane = reach.body().is_plane();
+                let motion = if is_plane { Vector3::zeros() } else { self.to_origin(reach, &tilt).cross(&axis(2)) };
+                Twist { turn: axis(2), motion, spin: 1.0 }
+            }
             _ => {
                 // The plane turns against the finger: tilt = Rx(-roll) Ry(-pitch).
                 let turn = if coordinate == ROLL {

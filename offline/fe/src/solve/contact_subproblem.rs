@@ -319,11 +319,11 @@ impl ContactSubproblem<'_> {
         let foot = frame.foot();
         let component = WRENCH_OF[coordinate];
         let axis = frame.axis(component % 3);
-        // The axes of the wrenches turn with pitch and roll only, and the foot does not slide along.
+        // The axes of the wrenches turn with pitch and roll only, and the foot does not go along with slide and spin.
         let tilts = driven.coordinate >= crate::contact::plane::PITCH;
         let turn = if tilts { driven.twist.turn } else { Vector3::zeros() };
-        let foot_motion =
-            if driven.coordinate >= crate::contact::plane::DEPTH { driven.twist.motion } else { Vector3::zeros() };
+        let moves_foot = tilts || driven.coordinate == crate::contact::plane::DEPTH;
+        let foot_motion = if moves_foot { driven.twist.motion } else { Vector3::zeros() };
         let mut sum = Vector3::zeros();
         for node in at.touching() {
             let force = -at.evaluation.residual[node];

@@ -1,0 +1,316 @@
+//! One finger against one rigid body from the frames of both: a pose in, wrenches out.
+
+use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape, Wrench};
+use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use fingerpad::pad::PadState;
+use fingerpad::{Error, SpinState};
+
+use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
+use crate::model::{fingerpad_model, loaded};
+use crate::pad::{FEW, FINGERPAD_PATCHES_MAX, fingerpad_pad, loaded_pad};
+use crate::pointer::{check, exclusive, shared, write};
+use crate::types::fingerpad_response;
+
+/// The plane z = 0, the body below it: the value of `kind` in a shape. It has no sizes.
+pub const FINGERPAD_SHAPE_PLANE: u32 = 0;
+/// A sphere about the origin; `size_mm[0]` is its radius.
+pub const FINGERPAD_SHAPE_SPHERE: u32 = 1;
+/// An ellipsoid about the origin; `size_mm` are its semi-axes along x, y and z.
+pub const FINGERPAD_SHAPE_ELLIPSOID: u32 = 2;
+/// A cylinder about z with round ends; `size_mm` are its radius and half its length without the ends.
+pub const FINGERPAD_SHAPE_CAPSULE: u32 = 3;
+/// A cylinder about z with flat ends; `size_mm` are its radius and half its length.
+pub const FINGERPAD_SHAPE_CYLINDER: u32 = 4;
+/// Two faces that meet in a rounded edge along x, on which the origin lies, z out between them; `size_mm[0]` is the radius of the rounding,
+/// `angle_deg` the angle inside the body.
+pub const FINGERPAD_SHAPE_EDGE: u32 = 5;
+/// A box about the origin; `size_mm` are half its extents, `edge_radius_mm` rounds its edges.
+pub const FINGERPAD_SHAPE_BOX: u32 = 6;
+
+/// The shape of a rigid body in a frame of its own.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_shape {
+    /// FINGERPAD_SHAPE_PLANE and so on.
+    pub kind: u32,
+    /// Sizes as the kind states, mm: 0.1 to 1e6.
+    pub size_mm: [f64; 3],
+    /// Radius of the edges of a box, mm: 0.1 to 1e6.
+    pub edge_radius_mm: f64,
+    /// Angle between the faces of an edge, degrees: 1 to 179.
+    pub angle_deg: f64,
+}
+
+/// Pose of a body in the finger's frame. That frame is the bone's: x along the finger from proximal to distal, z out of the pad's surface
+/// into the finger, y to complete a right-handed frame; the origin is where a plane first touches in the neutral pose.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_pose {
+    /// Place of the body's origin, mm.
+    pub position_mm: [f64; 3],
+    /// Its orientation, in the order w, x, y, z, of unit length: rotates vectors of the body's frame into the finger's.
+    pub quaternion: [f64; 4],
+}
+
+/// Force and moment about the origin of a frame, along its axes.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_wrench {
+    /// Force, N.
+    pub force_n: [f32; 3],
+    /// Moment, N mm.
+    pub moment_n_mm: [f32; 3],
+}
+
+/// Forces and state of a contact after a step.
+#[repr(C)]
+pub struct fingerpad_frame_response {
+    /// What the body exerts on the finger, in the finger's frame.
+    pub on_finger: fingerpad_wrench,
+    /// What the finger exerts on the body, in the body's frame.
+    pub on_body: fingerpad_wrench,
+    /// Depth of the body in the finger as the model has it, mm; 0 where the finger stands over no face.
+    pub depth_mm: f32,
+    /// Pitch of the finger against the face, degrees.
+    pub pitch_deg: f32,
+    /// Its roll, degrees.
+    pub roll_deg: f32,
+    /// The face: 0 for none; 1 for a plane, a sphere, an ellipsoid and an edge; of a box 1 to 6 for +x, +y, +z, -x, -y, -z and 7 to 18 for
+    /// its edges; of a capsule and a cylinder 1 for the side, 2 and 3 for the ends at +z and -z.
+    pub face: u32,
+    /// The response of the model, along the axes of the face's plane.
+    pub response: fingerpad_response,
+    /// Room for later fields; 0.
+    pub reserved: [u32; 8],
+}
+
+/// All that a finger remembers of its contact with one body: room for any pad and for a bed. Set it up with `fingerpad_frame_init_pad` or
+/// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it to go back to it in the same program.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_frame_contact {
+    opaque: [u64; 288],
+}
+
+/// What is inside of a `fingerpad_frame_contact`.
+#[repr(C)]
+struct Marked<S> {
+    /// Read before anything else: whatever lies there is a number.
+    mark: u32,
+    contact: FrameContact<S>,
+}
+
+/// States that a contact may hold, and the marks of such contacts.
+trait Held: Clone {
+    const MARK: u32;
+    fn set_strength_factor(&mut self, factor: f32) -> f32;
+}
+
+impl<const P: usize> Held for PadState<P> {
+    const MARK: u32 = 0x4650_4600 + P as u32;
+    fn set_strength_factor(&mut self, factor: f32) -> f32 {
+        PadState::set_strength_factor(self, factor)
+    }
+}
+
+impl Held for SpinState {
+    const MARK: u32 = 0x4650_4601;
+    fn set_strength_factor(&mut self, factor: f32) -> f32 {
+        SpinState::set_strength_factor(self, factor)
+    }
+}
+
+type Few = PadState<FEW>;
+type Many = PadState<FINGERPAD_PATCHES_MAX>;
+
+const _: () = {
+    assert!(size_of::<Marked<Many>>() <= size_of::<fingerpad_frame_contact>());
+    assert!(size_of::<Marked<SpinState>>() <= size_of::<fingerpad_frame_contact>());
+    assert!(align_of::<Marked<Many>>() <= align_of::<fingerpad_frame_contact>());
+};
+
+impl fingerpad_shape {
+    fn checked(&self) -> Result<Shape, i32> {
+        let [a, b, _] = self.size_mm;
+        let shape = match self.kind {
+            FINGERPAD_SHAPE_PLANE => Ok(Shape::plane()),
+            FINGERPAD_SHAPE_SPHERE => Shape::sphere(a),
+            FINGERPAD_SHAPE_ELLIPSOID => Shape::ellipsoid(self.size_mm),
+            FINGERPAD_SHAPE_CAPSULE => Shape::capsule(a, b),
+            FINGERPAD_SHAPE_CYLINDER => Shape::cylinder(a, b),
+            FINGERPAD_SHAPE_EDGE => Shape::edge(a, self.angle_deg),
+            FINGERPAD_SHAPE_BOX => Shape::cuboid(self.size_mm, self.edge_radius_mm),
+            _ => return Err(FINGERPAD_RANGE),
+        };
+        shape.map_err(|_| FINGERPAD_RANGE)
+    }
+}
+
+impl From<Wrench> for fingerpad_wrench {
+    fn from(wrench: Wrench) -> Self {
+        Self { force_n: wrench.force_n, moment_n_mm: wrench.moment_n_mm }
+    }
+}
+
+impl From<FrameResponse> for fingerpad_frame_response {
+    fn from(felt: FrameResponse) -> Self {
+        let [pitch_deg, roll_deg] = felt.pose_deg;
+        Self {
+            on_finger: felt.on_finger.into(),
+            on_body: felt.on_body.into(),
+            depth_mm: felt.depth_mm,
+            pitch_deg,
+            roll_deg,
+            face: felt.face.into(),
+            response: felt.response.into(),
+            reserved: [0; 8],
+        }
+    }
+}
+
+/// Writes a contact of a finger that touches nothing.
+unsafe fn init<S: Held, F: Finger<S, Scalar = f32>>(
+    finger: &F,
+    shape: fingerpad_shape,
+    contact: *mut fingerpad_frame_contact,
+) -> Result<(), i32> {
+    let refused = |error| if error == Error::Curved { FINGERPAD_RANGE } else { code(error) };
+    let fresh = FrameContact::new(finger, shape.checked()?).map_err(refused)?;
+    // SAFETY: the caller's promise; size and alignment were checked above.
+    unsafe { write(contact.cast(), Marked { mark: S::MARK, contact: fresh }) }
+}
+
+/// A contact to change, if it holds this state.
+unsafe fn held<'a, S: Held>(contact: *mut fingerpad_frame_contact) -> Result<Option<&'a mut FrameContact<S>>, i32> {
+    // SAFETY: the caller's promise; the mark is a number whatever lies there.
+    if *unsafe { shared(contact.cast::<u32>()) }? != S::MARK {
+        return Ok(None);
+    }
+    // SAFETY: the mark stands only where such a contact was written, or in a copy of that.
+    Ok(Some(&mut unsafe { exclusive(contact.cast::<Marked<S>>()) }?.contact))
+}
+
+/// A step, if the contact holds this state. Not inlined, so that a pad of few patches needs the stack of such a step alone.
+#[inline(never)]
+unsafe fn step<S: Held, F: Finger<S, Scalar = f32>>(
+    finger: &F,
+    contact: *mut fingerpad_frame_contact,
+    body: &fingerpad_pose,
+    dt_s: f32,
+    response: *mut fingerpad_frame_response,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    let contact = unsafe { held::<S>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
+    check(response)?;
+    let ([w, x, y, z], [along, across, up]) = (body.quaternion, body.position_mm);
+    // A quaternion that is not of unit length is found out in the step.
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+    let pose = Isometry3::from_parts(Translation3::new(along, across, up), rotation);
+    // SAFETY: the caller's promise.
+    unsafe { write(response, contact.step(finger, &pose, dt_s).into()) }
+}
+
+/// A finger in the air that is to touch a body of this shape, with the model of a pad and a strength factor of 1.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a kind that is none or a size out of its range, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
+/// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_init_pad(
+    pad: *const fingerpad_pad,
+    shape: fingerpad_shape,
+    contact: *mut fingerpad_frame_contact,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad) }.and_then(|pad| {
+        if pad.is_small() {
+            // SAFETY: the caller's promise.
+            unsafe { init::<Few, _>(&pad.pad, shape, contact) }
+        } else {
+            // SAFETY: as above.
+            unsafe { init::<Many, _>(&pad.pad, shape, contact) }
+        }
+    }))
+}
+
+/// The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
+/// of the finger. In another one its depth alone changes, by that of a finger with a radius of 21 mm.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_init_bed(
+    model: *const fingerpad_model,
+    shape: fingerpad_shape,
+    contact: *mut fingerpad_frame_contact,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let bed = unsafe { loaded(model) }.map(|model| RoundBed::new(model.model));
+    // SAFETY: the caller's promise.
+    answer(bed.and_then(|bed| unsafe { init::<SpinState, _>(&bed, shape, contact) }))
+}
+
+/// As `fingerpad_state_set_strength_factor`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_set_strength_factor(
+    contact: *mut fingerpad_frame_contact,
+    factor: f32,
+) -> i32 {
+    unsafe fn set<S: Held>(contact: *mut fingerpad_frame_contact, factor: f32) -> Result<Option<f32>, i32> {
+        // SAFETY: the caller's promise.
+        Ok(unsafe { held::<S>(contact) }?.map(|contact| contact.state_mut().set_strength_factor(factor)))
+    }
+    let found = || {
+        // SAFETY: the caller's promise.
+        let (few, many, bed) = unsafe {
+            (set::<Few>(contact, factor)?, set::<Many>(contact, factor)?, set::<SpinState>(contact, factor)?)
+        };
+        let used = few.or(many).or(bed).ok_or(FINGERPAD_NOT_SET_UP)?;
+        if used == factor { Ok(()) } else { Err(FINGERPAD_RANGE) }
+    };
+    answer(found())
+}
+
+/// Moves a contact on by one step of `dt_s` seconds: `body` is the pose of the body in the finger's frame at its end. The library finds the
+/// face that the finger meets, and turns the change of the pose into the motion of the model and its response into forces and moments.
+///
+/// A pose that is not finite, or a quaternion that is not of unit length within 0.05 %, is flagged as FINGERPAD_STATUS_BAD_INPUT and not
+/// taken. A contact begins near the surface: no deeper than the finger came closer in the step, and 1 mm; else
+/// FINGERPAD_STATUS_BEGAN_INSIDE. The first step takes the pose as it is.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_NOT_SET_UP, FINGERPAD_NULL or FINGERPAD_ALIGNMENT; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_step_pad(
+    pad: *const fingerpad_pad,
+    contact: *mut fingerpad_frame_contact,
+    body: *const fingerpad_pose,
+    dt_s: f32,
+    response: *mut fingerpad_frame_response,
+) -> i32 {
+    let stepped = || {
+        // SAFETY: the caller's promise.
+        let (pad, body) = unsafe { (loaded_pad(pad)?, shared(body)?) };
+        if pad.is_small() {
+            // SAFETY: the caller's promise.
+            unsafe { step::<Few, _>(&pad.pad, contact, body, dt_s, response) }
+        } else {
+            // SAFETY: as above.
+            unsafe { step::<Many, _>(&pad.pad, contact, body, dt_s, response) }
+        }
+    };
+    answer(stepped())
+}
+
+/// The same with the model of a bed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_step_bed(
+    model: *const fingerpad_model,
+    contact: *mut fingerpad_frame_contact,
+    body: *const fingerpad_pose,
+    dt_s: f32,
+    response: *mut fingerpad_frame_response,
+) -> i32 {
+    let stepped = || {
+        // SAFETY: the caller's promise.
+        let (model, body) = unsafe { (loaded(model)?, shared(body)?) };
+        // SAFETY: the caller's promise.
+        unsafe { step::<SpinState, _>(&RoundBed::new(model.model), contact, body, dt_s, response) }
+    };
+    answer(stepped())
+}
