@@ -99,7 +99,9 @@ def test_through_many_steps(model: fw.Model, device: str) -> None:
         return tape, response
 
     tape, response = friction(requires_grad=True)
-    tape.backward(grads={response.values: wp.array(np.eye(12, 1, -1, dtype=np.float32) * np.ones((1, 8), np.float32), device=device)})
+    seed = np.zeros(response.values.shape, np.float32)
+    seed[response.OUTPUTS.index("friction_x_n")] = 1
+    tape.backward(grads={response.values: wp.array(seed, device=device)})
     for k in (0, 7, 19):
         ends = [friction(k, by)[1].numpy()["friction_x_n"].astype(np.float64) for by in (2e-3, -2e-3)]
         np.testing.assert_allclose(slides[k].grad.numpy(), (ends[0] - ends[1]) / 4e-3, atol=2e-3 * 0.5)

@@ -85,12 +85,12 @@ impl Plane {
         let tilt = self.tilt();
         let foot = reach.pivot_mm() + tilt * Vector3::z() * (reach.height_mm(&tilt) + self.at[DEPTH]);
         let rotation = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), self.at[SPIN]);
-        let origin = foot + self.to_origin(reach, &tilt);
+        let origin = foot + self.origin_from_foot(reach, &tilt);
         Frame { rotation, origin, tilt, foot }
     }
 
     /// From the foot to the material origin, which is the apex of a curved body, finger's frame.
-    fn to_origin(&self, reach: &Reach, tilt: &Rotation3<f64>) -> Vector3<f64> {
+    fn origin_from_foot(&self, reach: &Reach, tilt: &Rotation3<f64>) -> Vector3<f64> {
         let [x, y] = if reach.body().is_plane() { self.shift.into() } else { [self.at[X], self.at[Y]] };
         tilt * Vector3::new(x, y, 0.0)
     }
@@ -104,7 +104,8 @@ impl Plane {
             X | Y | DEPTH => Twist { turn: Vector3::zeros(), motion: axis(coordinate), spin: 0.0 },
             SPIN => {
                 let is_plane = reach.body().is_plane();
-                let motion = if is_plane { Vector3::zeros() } else { self.to_origin(reach, &tilt).cross(&axis(2)) };
+                let motion =
+                    if is_plane { Vector3::zeros() } else { self.origin_from_foot(reach, &tilt).cross(&axis(2)) };
                 Twist { turn: axis(2), motion, spin: 1.0 }
             }
             _ => {
