@@ -5,8 +5,9 @@
 //! renderer books what it gives (the passivity observer of Hannaford and Ryu 2002, IEEE Trans. Robot. Autom. 18:1), and where the
 //! books fall below a reserve it brakes by as much. The books are those of the device, with its noise; the example keeps true ones beside.
 
-use fingerpad::build::Params;
-use fingerpad::{Model, Motion, State, step};
+use fingerpad::frames::RoundBed;
+use fingerpad::haptics::{least_damping_n_s_per_m, press_stiffness_n_per_mm};
+use fingerpad::{Model, Motion, State, include_fpm, step};
 
 const DT_S: f32 = 1e-3;
 /// Most that the brake may do, N s/mm.
@@ -104,13 +105,26 @@ fn session(model: &Model<'_>, brakes: bool) -> Session {
     s
 }
 
+/// The shipped model of an index finger.
+fn shipped() -> Result<Model<'static>, fingerpad::Error> {
+    Model::from_bytes(include_fpm!("../tests/data/fingertip.fpm"))
+}
+
 fn both() -> Result<[Session; 2], fingerpad::Error> {
-    let data = Params::example().try_build()?;
-    let model = data.model()?;
+    let model = shipped()?;
     Ok([false, true].map(|brakes| session(&model, brakes)))
 }
 
 fn main() -> Result<(), fingerpad::Error> {
+    let bed = RoundBed::new(shipped()?);
+    for depth_mm in [1.0, 2.0] {
+        let stiffness = press_stiffness_n_per_mm::<State, _>(&bed, depth_mm)?;
+        let least = [0, 1].map(|late| least_damping_n_s_per_m(stiffness, DT_S, late));
+        println!(
+            "at {depth_mm} mm: {stiffness:.2} N/mm; a hand held directly on it needs {:.2} N s/m, {:.2} N s/m where the force comes a sample late",
+            least[0], least[1]
+        );
+    }
     let [plain, braked] = both()?;
     println!("model alone: {plain:?}");
     println!("with the brake: {braked:?}");

@@ -19,6 +19,7 @@ mod example;
 pub mod frames;
 mod gradient;
 mod grip;
+pub mod haptics;
 mod math;
 mod model_file;
 #[cfg(feature = "std")]

@@ -32,25 +32,7 @@ pub struct Ride<'a, T> {
 /// Half a millimetre above the finger.
 pub const START: [f64; 6] = [0.0, 0.0, -0.5, 0.0, 0.0, 0.0];
 
-/// To the scalar of the core.
-pub trait Scalar: Elementary {
-    /// The nearest number.
-    fn near(x: f64) -> Self;
-}
-
-impl Scalar for f32 {
-    fn near(x: f64) -> Self {
-        x as Self
-    }
-}
-
-impl Scalar for f64 {
-    fn near(x: f64) -> Self {
-        x
-    }
-}
-
-impl<'a, T: Scalar + Into<f64>> Ride<'a, T> {
+impl<'a, T: Elementary + Into<f64>> Ride<'a, T> {
     /// A finger in the air over a body.
     ///
     /// # Errors
@@ -188,7 +170,12 @@ impl Cycle {
 
     /// Least of three rounds: the work of the body less the growth of the stored energy, over the exchanged work. Friction can only
     /// dissipate, so that it is negative where the pad yields work. Infinite where little is exchanged or a step finds no equilibrium.
-    fn dissipated<T: Scalar + Into<f64>>(&self, pad: Pad<'_, T>, body: Body<T>, steps: usize) -> Result<f64, Error> {
+    fn dissipated<T: Elementary + Into<f64>>(
+        &self,
+        pad: Pad<'_, T>,
+        body: Body<T>,
+        steps: usize,
+    ) -> Result<f64, Error> {
         let mut ride = Ride::new(pad, body)?;
         let (start, _) = self.corner(CORNERS - 1);
         ride.to([0.0, 0.0, start[2], 0.0, 0.0, 0.0], steps);
@@ -216,7 +203,7 @@ impl Cycle {
 /// less, and starts again where it finds none. The best path of each start is repeated in steps of a sixteenth.
 ///
 /// * `steps`: steps of each of the five legs of a path
-fn least_dissipation<T: Scalar + Into<f64>>(
+fn least_dissipation<T: Elementary + Into<f64>>(
     pad: Pad<'_, T>,
     body: Body<T>,
     paths: usize,
@@ -244,12 +231,16 @@ fn least_dissipation<T: Scalar + Into<f64>>(
     Ok(least)
 }
 
-fn least_dissipations<T: Scalar + Into<f64>>(pad: Pad<'_, T>, paths: usize, steps: usize) -> Result<OnBodies, Error> {
+fn least_dissipations<T: Elementary + Into<f64>>(
+    pad: Pad<'_, T>,
+    paths: usize,
+    steps: usize,
+) -> Result<OnBodies, Error> {
     on_bodies(|body| least_dissipation(pad, body, paths / 4, steps))
 }
 
 /// A number of each body.
-fn on_bodies<T: Scalar>(number: impl Fn(Body<T>) -> Result<f64, Error>) -> Result<OnBodies, Error> {
+fn on_bodies<T: Elementary>(number: impl Fn(Body<T>) -> Result<f64, Error>) -> Result<OnBodies, Error> {
     let [eight, ten, two, axis, angle] = [8.0, 10.0, 2.0, 53.0, 106.0].map(T::near);
     Ok([
         ("plane", number(Body::Plane)?),

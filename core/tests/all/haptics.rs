@@ -1,0 +1,81 @@
+//! A handle on a sampled contact: calm with the damping of the rule, and not with less.
+
+use crate::common::shipped;
+use fingerpad::frames::{Finger, RoundBed};
+use fingerpad::haptics::{least_damping_n_s_per_m, press_stiffness_n_per_mm};
+use fingerpad::host::PadModelFile;
+use fingerpad::pad::{Body, PadState};
+use fingerpad::{Motion, State};
+
+/// A handle of 100 g, t.
+const MASS_T: f64 = 100e-6;
+/// Parts of a sample in which the handle is integrated.
+const PARTS: usize = 40;
+
+/// Growth of the vibration of a handle that rests at a depth and is given a push.
+fn growth<S, F: Finger<S, Scalar = f32>>(
+    finger: &F,
+    depth_mm: f64,
+    period_s: f64,
+    late: u16,
+    damping_n_s_per_m: f64,
+) -> f64 {
+    let mut state = finger.fresh().unwrap();
+    let mut force = |depth_mm: f64| {
+        let motion = Motion { depth_mm: depth_mm as f32, dt_s: period_s as f32, ..Motion::default() };
+        f64::from(finger.advance(&mut state, &Body::Plane, motion, finger.neutral_deg()).normal_force_n)
+    };
+    let load = force(depth_mm);
+    let (mut at, mut speed) = (depth_mm, 0.5);
+    let mut queue = vec![load; usize::from(late)];
+    let samples = (0.4 / period_s) as usize;
+    let mut largest = [0.0f64; 2];
+    for k in 0..samples {
+        queue.push(force(at));
+        let acts = queue.remove(0);
+        let dt = period_s / PARTS as f64;
+        for _ in 0..PARTS {
+            speed += (load - acts - 1e-3 * damping_n_s_per_m * speed) / MASS_T * dt;
+            at += speed * dt;
+        }
+        let part = if k < samples / 4 { 0 } else { usize::from(k >= 3 * samples / 4) };
+        if k < samples / 4 || k >= 3 * samples / 4 {
+            largest[part] = largest[part].max((at - depth_mm).abs());
+        }
+    }
+    largest[1] / largest[0]
+}
+
+/// * `more`: damping beyond the rule that the finger needs, N s/m
+fn holds<S, F: Finger<S, Scalar = f32>>(name: &str, finger: &F, depth_mm: f32, more: f64) {
+    let stiffness = press_stiffness_n_per_mm(finger, depth_mm).unwrap();
+    for period_s in [1e-3f32, 2.5e-4] {
+        for late in [0, 1] {
+            let least = f64::from(least_damping_n_s_per_m(stiffness, period_s, late));
+            let grown = |share: f64| growth(finger, depth_mm.into(), period_s.into(), late, share);
+            println!(
+                "{name}, {depth_mm} mm, {period_s} s, {late} late: {stiffness} N/mm, {least:.3} N s/m, {:.3} {:.3}",
+                grown(0.7 * least),
+                grown(1.3 * least + more)
+            );
+            assert!(
+                grown(1.3 * least + more) < 0.98 && grown(0.7 * least) > 1.02,
+                "{name}, {depth_mm} mm, {period_s} s, {late} samples late"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_handle_is_calm_with_the_damping_of_the_rule() {
+    let data = shipped();
+    let bed = RoundBed::new(data.model().unwrap());
+    let file = PadModelFile::new(include_bytes!("../../../data/models/fingertip-pad.fpm")).unwrap();
+    for depth_mm in [1.0, 2.0] {
+        holds::<State, _>("bed", &bed, depth_mm, 0.0);
+    }
+    for depth_mm in [1.0, 2.0, 3.0] {
+        // Its equilibrium is found within a tolerance, which gives away a little as well.
+        holds::<PadState<40>, _>("pad", &file.file().pad, depth_mm, 0.03);
+    }
+}
