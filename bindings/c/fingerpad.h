@@ -562,8 +562,8 @@ typedef struct {
   uint32_t status;
 } fingerpad_grip;
 
-// When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of successive looks
-// that must agree (debounce). `fingerpad_watch_settings_default` gives the usual ones.
+// When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of looks that must
+// show it (debounce). `fingerpad_watch_settings_default` gives the usual ones.
 typedef struct {
   // First slip: the stick ratio is below this for `looks` looks.
   float first_slip;
@@ -575,9 +575,9 @@ typedef struct {
   float partial_restick;
   // A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
   float restick;
-  // Successive looks before slip or stick is reported; 0 counts as 1.
+  // Looks that show slip or stick, less those that do not, before it is reported; 0 counts as 1.
   uint8_t looks;
-  // Successive looks before touch or lift-off is reported; 0 counts as 1.
+  // The same before touch or lift-off is reported; 0 counts as 1.
   uint8_t contact_looks;
 } fingerpad_watch_settings;
 

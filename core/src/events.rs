@@ -40,8 +40,8 @@ pub struct Event {
     pub change: Change,
 }
 
-/// When a [`Watch`] reports a change: thresholds that differ by direction (hysteresis), and the number of successive
-/// responses that must agree (debounce).
+/// When a [`Watch`] reports a change: thresholds that differ by direction (hysteresis), and the number of responses that must show it
+/// (debounce).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -56,9 +56,9 @@ pub struct WatchSettings {
     pub partial_restick: f32,
     /// A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
     pub restick: f32,
-    /// Successive responses before slip or stick is reported; 0 counts as 1.
+    /// Responses that show slip or stick, less those that do not, before it is reported; 0 counts as 1.
     pub looks: u8,
-    /// Successive responses before touch or lift-off is reported; 0 counts as 1.
+    /// The same before touch or lift-off is reported; 0 counts as 1.
     pub contact_looks: u8,
 }
 
@@ -82,13 +82,13 @@ impl Default for WatchSettings {
 /// Reports changes of the regime from successive responses, with tolerance to noise.
 ///
 /// The last event decides which change is looked for: a contact in stick slips first below [`WatchSettings::first_slip`], and one in
-/// slip sticks only above [`WatchSettings::restick`]; between the two there is no event. A change must also last for some looks, so
-/// that one noisy reading causes no event. With the default settings an event comes up to seven looks late; [`Event::tick`] is the look
-/// at which it is reported. A watch takes 36 bytes.
+/// slip sticks only above [`WatchSettings::restick`]; between the two there is no event. A change must also last: looks that show it, less
+/// those that do not, must be some, so that one noisy reading causes no event. With the default settings an event comes up to seven looks
+/// late; [`Event::tick`] is the look at which it is reported. A watch takes 36 bytes.
 ///
-/// Uniform noise of ±5 µm on depth and slide, in steps of 0.1 to 1 µm and at depths of 0.3 to 2.2 mm, causes no event at rest and one
-/// first slip in each slide: within 9 % of the noise-free slide with four springs, within 18 % with six. Where a spring has just touched,
-/// first slip comes within the noise itself.
+/// Uniform noise of ±10 µm on depth and slide, in steps of 0.1 to 1 µm and at depths of 0.3 to 2.2 mm, causes no event at rest and one
+/// first slip in each slide, within 10.2 % of the noise-free slide. Where a spring has just touched, first slip comes within the noise
+/// itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -97,7 +97,7 @@ pub struct Watch {
     finger: u8,
     /// The regime of the events reported so far.
     regime: Regime,
-    /// Number of successive looks with another regime.
+    /// Number of looks with another regime, less those with the reported one since.
     seen: u8,
     tick: u32,
     lost: u32,
@@ -139,7 +139,7 @@ impl Watch {
         let now = self.classify(response);
         let mut seen: &'static [Change] = &[];
         if now == self.regime {
-            self.seen = 0;
+            self.seen = self.seen.saturating_sub(1);
         } else {
             self.seen = self.seen.saturating_add(1);
             if self.seen >= self.looks_needed(now, response.stick_ratio) {
@@ -170,7 +170,7 @@ impl Watch {
         }
     }
 
-    /// Successive responses after which the regime `now` is reported.
+    /// Responses after which the regime `now` is reported.
     fn looks_needed(&self, now: Regime, stick_ratio: f32) -> u8 {
         if self.regime == Regime::NoContact || now == Regime::NoContact {
             self.settings.contact_looks

@@ -8,7 +8,7 @@
 //!
 //! A reversal counts once the plane has moved by [`REVERSAL_DEADBAND_MM`]. A smaller motion is noise, or elastic slip of the skin. A
 //! growth or fall of the limit counts once it is that of a depth of [`GROWTH_DEADBAND_MM`]. A slide with an equivalent but smaller growth
-//! waits until one of the two exceeds its threshold. Noise of ±5 µm on depth and on each axis of the slide therefore causes neither a
+//! waits until one of the two exceeds its threshold. Noise of ±10 µm on depth and on each axis of the slide therefore causes neither a
 //! reversal nor growth.
 //!
 //! * **Turns.** A motion at an acute angle to the path continues the path. A motion at an obtuse angle theta unloads: the component
@@ -30,7 +30,7 @@ use crate::Regime;
 use crate::math::Scalar;
 use crate::spring::DIV_EPS;
 
-/// Least slide that counts as a reversal, mm: more than the diagonal of a square of ±5 µm.
+/// Least slide that counts as a reversal, mm: more than the diagonal of a square of ±10 µm.
 pub(crate) const REVERSAL_DEADBAND_MM: f32 = 0.029;
 /// Least change of depth whose effect on the limit counts, mm.
 pub(crate) const GROWTH_DEADBAND_MM: f32 = 0.025;

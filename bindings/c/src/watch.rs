@@ -37,8 +37,8 @@ pub struct fingerpad_event {
     pub change: u8,
 }
 
-/// When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of successive looks
-/// that must agree (debounce). `fingerpad_watch_settings_default` gives the usual ones.
+/// When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of looks that must
+/// show it (debounce). `fingerpad_watch_settings_default` gives the usual ones.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_watch_settings {
@@ -52,9 +52,9 @@ pub struct fingerpad_watch_settings {
     pub partial_restick: f32,
     /// A contact sticks again as a whole: the stick ratio is above this for `looks` looks.
     pub restick: f32,
-    /// Successive looks before slip or stick is reported; 0 counts as 1.
+    /// Looks that show slip or stick, less those that do not, before it is reported; 0 counts as 1.
     pub looks: u8,
-    /// Successive looks before touch or lift-off is reported; 0 counts as 1.
+    /// The same before touch or lift-off is reported; 0 counts as 1.
     pub contact_looks: u8,
 }
 

@@ -39,10 +39,10 @@ fn one_look_is_not_enough_and_a_sure_slip_is() {
     let settings = WatchSettings::default();
     // The finger bounces before it rests.
     assert_eq!(events(settings, [-1.0, 1.0, -1.0, 1.0, 1.0]), [(4, Touch)]);
-    // Seven readings just below the threshold, one above, then eight.
+    // Seven readings just below the threshold, one above, which takes one back, then two.
     let (above, below) = ([1.0, 1.0].into_iter(), std::iter::repeat(0.98));
-    let close = above.chain(below.clone().take(7)).chain([1.0]).chain(below.take(8));
-    assert_eq!(events(settings, close), [(1, Touch), (17, FirstSlip)]);
+    let close = above.chain(below.clone().take(7)).chain([1.0]).chain(below.take(2));
+    assert_eq!(events(settings, close), [(1, Touch), (11, FirstSlip)]);
     assert_eq!(events(settings, [1.0, 1.0, 0.94]), [(1, Touch), (2, FirstSlip)]);
     assert_eq!(events(settings, [1.0, 1.0, -1.0, 1.0, -1.0, -1.0]), [(1, Touch), (5, LiftOff)]);
 }
