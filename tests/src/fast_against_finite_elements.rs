@@ -42,13 +42,14 @@ const LAW: [f64; 2] = [0.086, 0.46];
 
 const RUN_COLUMNS: [&str; 6] = ["run", "kind", "body", "radius_mm", "axis_deg", "angle_deg"];
 const MOTION_COLUMNS: [&str; 7] = ["t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "spin_deg", "pitch_deg", "roll_deg"];
-const FORCE_COLUMNS: [&str; 4] = ["normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm"];
-const ERROR_COLUMNS: [&str; 3] = ["normal_error_percent", "friction_error_percent", "moment_error_percent"];
+const FORCE_COLUMNS: [&str; 5] = ["normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "stick_ratio"];
+const ERROR_COLUMNS: [&str; 4] =
+    ["normal_error_percent", "friction_error_percent", "moment_error_percent", "stick_ratio_error"];
 /// Columns before those of the models: of the run, its motion, and the forces and area of the finite elements.
 pub const COLUMNS_OF_RUN: usize = RUN_COLUMNS.len() + MOTION_COLUMNS.len() + FORCE_COLUMNS.len() + 1;
 
-/// Normal force, friction along x and y, N, and moment about the normal, N mm.
-pub type Forces = [f64; 4];
+/// Normal force, friction along x and y, N, moment about the normal, N mm, and stick ratio.
+pub type Forces = [f64; 5];
 
 /// The shipped models.
 pub struct Models {
@@ -92,14 +93,14 @@ impl Models {
                 .iter()
                 .map(|r| {
                     let [x, y] = r.friction_n;
-                    [r.normal_force_n, x, y, r.spin_moment_n_mm].map(f64::from)
+                    [r.normal_force_n, x, y, r.spin_moment_n_mm, r.stick_ratio].map(f64::from)
                 })
                 .collect()
         });
         let pad = |model: &PadModel| {
             let forces = |r: &fingerpad::Response<f64>| {
                 let [x, y] = r.friction_n;
-                [r.normal_force_n, x, y, r.spin_moment_n_mm]
+                [r.normal_force_n, x, y, r.spin_moment_n_mm, r.stick_ratio]
             };
             Some(replay_pad(model, &run, &self.outline).iter().map(forces).collect())
         };
@@ -134,7 +135,7 @@ pub fn chosen_runs(folder: &Path) -> Result<Vec<Run>, Failure> {
 /// Forces of the finite elements, rounded as in the table.
 pub fn elements(s: &Sample) -> Forces {
     let [x, y] = s.friction_n;
-    [s.normal_force_n, x, y, s.turned.map_or(0.0, |t| t.moment_n_mm[2])].map(|x| rounded(x.into(), 5))
+    [s.normal_force_n, x, y, s.turned.map_or(0.0, |t| t.moment_n_mm[2]), s.stick_ratio].map(|x| rounded(x.into(), 5))
 }
 
 /// A number with that many decimals.
@@ -148,19 +149,22 @@ impl Entry {
     pub fn scale(&self) -> [f64; 3] {
         let [lambda, beta] = LAW;
         let [normal, friction] = self.run.samples.iter().fold([1e-9; 2], |[normal, friction], s| {
-            let [n, x, y, _] = elements(s);
+            let [n, x, y, ..] = elements(s);
             let even = 0.5 * lambda * n.max(0.0).powf(beta) * rounded(s.contact_area_mm2.into(), 3).powf(1.0 - beta);
             [f64::max(normal, n), friction.max(x.hypot(y)).max(even)]
         });
         [normal, friction, ARM_MM * friction]
     }
 
-    /// Errors of a model at a row, %: normal force and moment with their signs, friction as the length of the difference.
-    pub fn errors(&self, model: usize, row: usize) -> Option<[f64; 3]> {
-        let [n, x, y, m] = self.forces[model].as_ref()?[row];
-        let [fe_n, fe_x, fe_y, fe_m] = elements(&self.run.samples[row]);
+    /// Errors of a model at a row: normal force and moment with their signs, %, friction as the length of the difference, %, and the stick
+    /// ratio with its sign.
+    pub fn errors(&self, model: usize, row: usize) -> Option<[f64; 4]> {
+        let [n, x, y, m, stick] = self.forces[model].as_ref()?[row];
+        let [fe_n, fe_x, fe_y, fe_m, fe_stick] = elements(&self.run.samples[row]);
         let [normal, friction, moment] = self.scale();
-        Some([(n - fe_n) / normal, (x - fe_x).hypot(y - fe_y) / friction, (m - fe_m) / moment].map(|e| 100.0 * e))
+        let [normal, friction, moment] =
+            [(n - fe_n) / normal, (x - fe_x).hypot(y - fe_y) / friction, (m - fe_m) / moment].map(|e| 100.0 * e);
+        Some([normal, friction, moment, stick - fe_stick])
     }
 }
 
@@ -240,7 +244,7 @@ pub fn from_csv(text: &str, runs: Vec<Run>) -> Result<Vec<Entry>, Failure> {
                 let at = COLUMNS_OF_RUN + model * of_model;
                 let cells = cells.get(at..at + FORCE_COLUMNS.len()).ok_or("too few cells")?;
                 if !cells[0].is_empty() {
-                    let mut row: Forces = [0.0; 4];
+                    let mut row: Forces = [0.0; 5];
                     for (force, cell) in row.iter_mut().zip(cells) {
                         *force = cell.parse().map_err(|e| format!("`{cell}`: {e}"))?;
                     }
