@@ -326,7 +326,7 @@ fn find_apex<R: Elementary>(
         middle = face.middle;
         touched = site.at + site.axes * touch([stand.pitch, stand.roll]) - middle;
         let to = normalised(&across(&(touched + apex * R::of(FINGER_RADIUS_MM))))?;
-        let turn = (to - apex).abs_sum();
+        let turn = sum_of_magnitudes(&(to - apex));
         apex = to;
         if turn < settled {
             break;
@@ -341,15 +341,9 @@ fn find_apex<R: Elementary>(
     is_there.then_some(apex)
 }
 
-trait AbsSum<R> {
-    /// Sum of the magnitudes.
-    fn abs_sum(&self) -> R;
-}
-
-impl<R: Scalar> AbsSum<R> for Vector3<R> {
-    fn abs_sum(&self) -> R {
-        self.x.magnitude() + self.y.magnitude() + self.z.magnitude()
-    }
+/// Sum of the magnitudes of the components.
+fn sum_of_magnitudes<R: Scalar>(v: &Vector3<R>) -> R {
+    v.x.magnitude() + v.y.magnitude() + v.z.magnitude()
 }
 
 /// The edge of a box to which a finger comes next: the centre of its surface lies beyond two of the box's faces.
@@ -394,7 +388,7 @@ pub(super) fn choose<R: Elementary>(
     }
     let size = match kind {
         Kind::Plane | Kind::Edge { .. } | Kind::Box { .. } => None,
-        Kind::Ellipsoid { axes } => Some(axes.abs_sum()),
+        Kind::Ellipsoid { axes } => Some(sum_of_magnitudes(axes)),
         Kind::Capsule { radius, half_length } | Kind::Cylinder { radius, half_length } => Some(*radius + *half_length),
     };
     if let Some(size) = size {

@@ -21,7 +21,7 @@ const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
 const NOTICED: f32 = 4e-3;
 /// The same as a length of its stretch, over the largest depth; it counts where the bound is short.
 const NOTICED_LENGTH: f32 = 5e-5;
-/// Largest reserve that is told from larger ones, mm; below [`APART`].
+/// A larger reserve counts as this one, mm. It is less than [`APART`], which marks patches without contact.
 const MOST_RESERVE_MM: f32 = 0.6;
 /// Exponent of the slipping share of a patch that touches over its whole area, over that of the file.
 const WHOLE: f32 = 0.8;
