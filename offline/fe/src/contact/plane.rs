@@ -207,3 +207,37 @@ impl Frame {
         [along.x, along.y]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{Outline, RigidBody};
+
+    /// Where a point of a body is, in the frame of the finger, after a path.
+    fn place(body: &RigidBody, path: &[Coordinates], point: Vector3<f64>) -> Vector3<f64> {
+        let outline = Outline::of_points(vec![Vector3::zeros()], &[Vector3::zeros()]);
+        let reach = Reach::new(outline, body.clone(), &Plane::new(path[0]));
+        let last = path[1..].iter().fold(Plane::new(path[0]), |plane, at| plane.moved_to(*at));
+        last.frame(&reach).from_plane(&point)
+    }
+
+    /// A ball spins about the normal through its apex: its middle stays, and loops of slide and spin close. A plane spins about the foot.
+    #[test]
+    fn a_curved_body_spins_about_its_apex_and_a_plane_about_the_foot() {
+        let ball = RigidBody::Sphere { radius_mm: 8.0 };
+        let middle = Vector3::new(0.0, 0.0, -8.0);
+        let (start, slid) = ([0.0; 6], [1.0, 0.5, 0.0, 0.0, 0.0, 0.0]);
+        let spun = [1.0, 0.5, 0.0, 2.0, 0.0, 0.0];
+        let back = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+        let at = |path: &[Coordinates]| place(&ball, path, middle);
+        assert!((at(&[start, slid, spun]) - at(&[start, slid])).norm() < 1e-14);
+        let beside = Vector3::new(0.3, 0.1, 0.0);
+        assert!(
+            (place(&ball, &[start, slid, spun, back, start], beside) - place(&ball, &[start], beside)).norm() < 1e-14
+        );
+        // The middle of the plane goes round the foot by the chord of the spin.
+        let origin = |path: &[Coordinates]| place(&RigidBody::Plane, path, Vector3::zeros());
+        let chord = 2.0 * 1.25f64.sqrt() * 1.0f64.sin();
+        assert!(((origin(&[start, slid, spun]) - origin(&[start, slid])).norm() - chord).abs() < 1e-14);
+    }
+}
