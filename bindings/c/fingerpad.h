@@ -383,7 +383,8 @@ typedef struct {
 } fingerpad_shape;
 
 // All that a finger remembers of its contact with one body: room for any pad and for a bed. Set it up with `fingerpad_frame_init_pad` or
-// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it to go back to it in the same program.
+// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first `fingerpad_frame_bytes`, to go back
+// to it in the same program.
 typedef struct {
   uint64_t opaque[288];
 } fingerpad_frame_contact;
@@ -700,13 +701,35 @@ int32_t fingerpad_frame_init_pad(const fingerpad_pad *pad,
                                  fingerpad_frame_contact *contact);
 
 // The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
-// of the finger. In another one its depth alone changes, by that of a finger with a radius of 21 mm.
+// of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`.
 int32_t fingerpad_frame_init_bed(const fingerpad_model *model,
                                  fingerpad_shape shape,
                                  fingerpad_frame_contact *contact);
 
 // As `fingerpad_state_set_strength_factor`.
 int32_t fingerpad_frame_set_strength_factor(fingerpad_frame_contact *contact, float factor);
+
+// Sets the radius of a bed's finger along and across, mm: how depth changes when the finger tilts. A fresh contact has 21 mm.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a radius that is not within 0 and 1000 mm, FINGERPAD_NOT_SET_UP for any contact but one of a
+// bed, FINGERPAD_NULL or FINGERPAD_ALIGNMENT; then nothing changes.
+int32_t fingerpad_frame_set_bed_radius(fingerpad_frame_contact *contact,
+                                       float along_mm,
+                                       float across_mm);
+
+// Ends a contact, and has the body count as another shape from the next step on: for a body that is known by its shape near the finger
+// alone, such as a mesh. `moved` is the pose of the new shape's frame in that of the old one. The place of the finger and the strength factor
+// are kept.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a shape that cannot be, or that a bed does not touch, FINGERPAD_NOT_SET_UP, FINGERPAD_NULL or
+// FINGERPAD_ALIGNMENT; then nothing changes.
+int32_t fingerpad_frame_reshape(fingerpad_frame_contact *contact,
+                                fingerpad_shape shape,
+                                const fingerpad_pose *moved);
+
+// Bytes at the beginning of a contact that hold all that it remembers: copied into another one they are that contact. 0 for one that was not
+// set up.
+size_t fingerpad_frame_bytes(const fingerpad_frame_contact *contact);
 
 // Moves a contact on by one step of `dt_s` seconds: `body` is the pose of the body in the finger's frame at its end. The library finds the
 // face that the finger meets, and turns the change of the pose into the motion of the model and its response into forces and moments.

@@ -52,8 +52,9 @@ STATUS = {
     512: "pose_out_of_range",
     1024: "not_converged",
     2048: "body_too_sharp",
+    4096: "began_inside",
+    8192: "beyond_edge",
     16384: "step_too_long",
-    32768: "beyond_edge",
 }
 
 

@@ -451,12 +451,26 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
     expect_true(r.response.status == FINGERPAD_STATUS_BAD_INPUT && r.depth_mm > 0.5f, "a quaternion of length 0 is not taken");
     expect(fingerpad_frame_set_strength_factor(&contact, 9.0f), FINGERPAD_RANGE, "a strength factor in frames");
     expect(fingerpad_frame_set_strength_factor(&zeroed, 1.0f), FINGERPAD_NOT_SET_UP, "strength of a zeroed contact in frames");
+    expect(fingerpad_frame_reshape(&contact, shape, NULL), FINGERPAD_NULL, "no pose of a new shape");
+    must(fingerpad_frame_reshape(&contact, shape, &below), "a new shape");
+    must(fingerpad_frame_step_pad(pad, &contact, &below, 1e-3f, &r), "step on a new shape");
+    expect(fingerpad_frame_set_bed_radius(&contact, 21.0f, 21.0f), FINGERPAD_NOT_SET_UP, "the radius of a pad");
+    expect_true(fingerpad_frame_bytes(&contact) > 1000 && fingerpad_frame_bytes(&contact) < sizeof(contact), "bytes of a contact");
+    expect_true(fingerpad_frame_bytes(&zeroed) == 0, "bytes of a zeroed contact");
+    /* All but the mark. */
+    memset((char *)&contact + 4, 0xff, sizeof(contact) - 4);
+    must(fingerpad_frame_step_pad(pad, &contact, &below, 1e-3f, &r), "step of an overwritten contact");
+    expect_true((r.response.status & FINGERPAD_STATUS_MEMORY_LOST) && r.on_finger.force_n[2] == 0.0f, "an overwritten contact is flagged");
     shape.kind = FINGERPAD_SHAPE_BOX;
     expect(fingerpad_frame_init_pad(pad, shape, &contact), FINGERPAD_RANGE, "a box without extents");
     shape.size_mm[1] = shape.size_mm[2] = 10.0;
     shape.edge_radius_mm = 1.0;
     must(fingerpad_frame_init_bed(model, shape, &contact), "a bed on a box");
     must(fingerpad_frame_step_bed(model, &contact, &below, 1e-3f, &r), "step of a bed in frames");
+    expect(fingerpad_frame_set_bed_radius(&contact, -1.0f, 21.0f), FINGERPAD_RANGE, "a radius below 0");
+    must(fingerpad_frame_set_bed_radius(&contact, 0.0f, 1000.0f), "a radius of a bed");
+    shape.kind = FINGERPAD_SHAPE_SPHERE;
+    expect(fingerpad_frame_reshape(&contact, shape, &below), FINGERPAD_RANGE, "a bed on a ball that was a box");
 }
 
 static void pads(const model_file *bed, const model_file *file, const model_file *halved)

@@ -85,40 +85,57 @@ pub struct fingerpad_frame_response {
 }
 
 /// All that a finger remembers of its contact with one body: room for any pad and for a bed. Set it up with `fingerpad_frame_init_pad` or
-/// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it to go back to it in the same program.
+/// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first `fingerpad_frame_bytes`, to go back
+/// to it in the same program.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_frame_contact {
     opaque: [u64; 288],
 }
 
-/// What is inside of a `fingerpad_frame_contact`.
+/// What is inside of a `fingerpad_frame_contact`: numbers throughout, so that any bits are one.
 #[repr(C)]
 struct Marked<S> {
-    /// Read before anything else: whatever lies there is a number.
     mark: u32,
+    room: u32,
+    /// Of a bed: radius of its finger along and across, mm.
+    radius_mm: [f32; 2],
     contact: FrameContact<S>,
 }
 
-/// States that a contact may hold, and the marks of such contacts.
+impl<S: Held> Marked<S> {
+    /// Bytes up to the end of the state, which is last.
+    fn bytes(&self) -> usize {
+        size_of::<Self>() - (size_of::<S>().next_multiple_of(align_of::<Self>()) - size_of::<S>())
+    }
+
+    fn reshape(&mut self, shape: Shape, moved: &Isometry3<f64>) -> Result<(), i32> {
+        if !S::TOUCHES_CURVED && !shape.is_flat() {
+            return Err(FINGERPAD_RANGE);
+        }
+        self.contact.reshape(shape, moved);
+        Ok(())
+    }
+}
+
+/// States that a contact may hold: the marks of such contacts, and whether the model touches curved faces.
 trait Held: Clone {
     const MARK: u32;
-    fn set_strength_factor(&mut self, factor: f32) -> f32;
+    const TOUCHES_CURVED: bool;
 }
 
 impl<const P: usize> Held for PadState<P> {
     const MARK: u32 = 0x4650_4600 + P as u32;
-    fn set_strength_factor(&mut self, factor: f32) -> f32 {
-        PadState::set_strength_factor(self, factor)
-    }
+    const TOUCHES_CURVED: bool = true;
 }
 
 impl Held for SpinState {
     const MARK: u32 = 0x4650_4601;
-    fn set_strength_factor(&mut self, factor: f32) -> f32 {
-        SpinState::set_strength_factor(self, factor)
-    }
+    const TOUCHES_CURVED: bool = false;
 }
+
+/// Radius of the finger of a bed, mm.
+const ROUND_MM: f32 = 21.0;
 
 type Few = PadState<FEW>;
 type Many = PadState<FINGERPAD_PATCHES_MAX>;
@@ -143,6 +160,15 @@ impl fingerpad_shape {
             _ => return Err(FINGERPAD_RANGE),
         };
         shape.map_err(|_| FINGERPAD_RANGE)
+    }
+}
+
+impl From<&fingerpad_pose> for Isometry3<f64> {
+    fn from(pose: &fingerpad_pose) -> Self {
+        let ([w, x, y, z], [along, across, up]) = (pose.quaternion, pose.position_mm);
+        // A quaternion that is not of unit length is found out by whoever takes the pose.
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        Isometry3::from_parts(Translation3::new(along, across, up), rotation)
     }
 }
 
@@ -174,20 +200,38 @@ unsafe fn init<S: Held, F: Finger<S, Scalar = f32>>(
     shape: fingerpad_shape,
     contact: *mut fingerpad_frame_contact,
 ) -> Result<(), i32> {
-    let refused = |error| if error == Error::Curved { FINGERPAD_RANGE } else { code(error) };
     let fresh = FrameContact::new(finger, shape.checked()?).map_err(refused)?;
+    let marked = Marked { mark: S::MARK, room: 0, radius_mm: [ROUND_MM; 2], contact: fresh };
     // SAFETY: the caller's promise; size and alignment were checked above.
-    unsafe { write(contact.cast(), Marked { mark: S::MARK, contact: fresh }) }
+    unsafe { write(contact.cast(), marked) }
+}
+
+fn refused(error: Error) -> i32 {
+    if error == Error::Curved { FINGERPAD_RANGE } else { code(error) }
 }
 
 /// A contact to change, if it holds this state.
-unsafe fn held<'a, S: Held>(contact: *mut fingerpad_frame_contact) -> Result<Option<&'a mut FrameContact<S>>, i32> {
+unsafe fn held<'a, S: Held>(contact: *mut fingerpad_frame_contact) -> Result<Option<&'a mut Marked<S>>, i32> {
     // SAFETY: the caller's promise; the mark is a number whatever lies there.
     if *unsafe { shared(contact.cast::<u32>()) }? != S::MARK {
         return Ok(None);
     }
     // SAFETY: the mark stands only where such a contact was written, or in a copy of that.
-    Ok(Some(&mut unsafe { exclusive(contact.cast::<Marked<S>>()) }?.contact))
+    Ok(Some(unsafe { exclusive(contact.cast::<Marked<S>>()) }?))
+}
+
+/// Does the same with a contact of any kind.
+macro_rules! with_contact {
+    ($contact:expr, $held:ident => $action:expr) => {
+        if let Some($held) = unsafe { held::<Few>($contact) }? {
+            $action
+        } else if let Some($held) = unsafe { held::<Many>($contact) }? {
+            $action
+        } else {
+            let $held = unsafe { held::<SpinState>($contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
+            $action
+        }
+    };
 }
 
 /// A step, if the contact holds this state. Not inlined, so that a pad of few patches needs the stack of such a step alone.
@@ -200,14 +244,10 @@ unsafe fn step<S: Held, F: Finger<S, Scalar = f32>>(
     response: *mut fingerpad_frame_response,
 ) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    let contact = unsafe { held::<S>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
+    let held = unsafe { held::<S>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
     check(response)?;
-    let ([w, x, y, z], [along, across, up]) = (body.quaternion, body.position_mm);
-    // A quaternion that is not of unit length is found out in the step.
-    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-    let pose = Isometry3::from_parts(Translation3::new(along, across, up), rotation);
     // SAFETY: the caller's promise.
-    unsafe { write(response, contact.step(finger, &pose, dt_s).into()) }
+    unsafe { write(response, held.contact.step(finger, &body.into(), dt_s).into()) }
 }
 
 /// A finger in the air that is to touch a body of this shape, with the model of a pad and a strength factor of 1.
@@ -233,7 +273,7 @@ pub unsafe extern "C" fn fingerpad_frame_init_pad(
 }
 
 /// The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
-/// of the finger. In another one its depth alone changes, by that of a finger with a radius of 21 mm.
+/// of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_frame_init_bed(
     model: *const fingerpad_model,
@@ -252,19 +292,64 @@ pub unsafe extern "C" fn fingerpad_frame_set_strength_factor(
     contact: *mut fingerpad_frame_contact,
     factor: f32,
 ) -> i32 {
-    unsafe fn set<S: Held>(contact: *mut fingerpad_frame_contact, factor: f32) -> Result<Option<f32>, i32> {
+    let set = || {
         // SAFETY: the caller's promise.
-        Ok(unsafe { held::<S>(contact) }?.map(|contact| contact.state_mut().set_strength_factor(factor)))
-    }
-    let found = || {
-        // SAFETY: the caller's promise.
-        let (few, many, bed) = unsafe {
-            (set::<Few>(contact, factor)?, set::<Many>(contact, factor)?, set::<SpinState>(contact, factor)?)
-        };
-        let used = few.or(many).or(bed).ok_or(FINGERPAD_NOT_SET_UP)?;
+        let used = with_contact!(contact, held => held.contact.state_mut().set_strength_factor(factor));
         if used == factor { Ok(()) } else { Err(FINGERPAD_RANGE) }
     };
-    answer(found())
+    answer(set())
+}
+
+/// Sets the radius of a bed's finger along and across, mm: how depth changes when the finger tilts. A fresh contact has 21 mm.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a radius that is not within 0 and 1000 mm, FINGERPAD_NOT_SET_UP for any contact but one of a
+/// bed, FINGERPAD_NULL or FINGERPAD_ALIGNMENT; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_set_bed_radius(
+    contact: *mut fingerpad_frame_contact,
+    along_mm: f32,
+    across_mm: f32,
+) -> i32 {
+    let set = || {
+        // SAFETY: the caller's promise.
+        let held = unsafe { held::<SpinState>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
+        let radius_mm = [along_mm, across_mm];
+        if !radius_mm.iter().all(|radius| (0.0..=1000.0).contains(radius)) {
+            return Err(FINGERPAD_RANGE);
+        }
+        held.radius_mm = radius_mm;
+        Ok(())
+    };
+    answer(set())
+}
+
+/// Ends a contact, and has the body count as another shape from the next step on: for a body that is known by its shape near the finger
+/// alone, such as a mesh. `moved` is the pose of the new shape's frame in that of the old one. The place of the finger and the strength factor
+/// are kept.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a shape that cannot be, or that a bed does not touch, FINGERPAD_NOT_SET_UP, FINGERPAD_NULL or
+/// FINGERPAD_ALIGNMENT; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_reshape(
+    contact: *mut fingerpad_frame_contact,
+    shape: fingerpad_shape,
+    moved: *const fingerpad_pose,
+) -> i32 {
+    let reshaped = || {
+        // SAFETY: the caller's promise.
+        let moved = unsafe { shared(moved) }?.into();
+        let shape = shape.checked()?;
+        with_contact!(contact, held => held.reshape(shape, &moved))
+    };
+    answer(reshaped())
+}
+
+/// Bytes at the beginning of a contact that hold all that it remembers: copied into another one they are that contact. 0 for one that was not
+/// set up.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_frame_bytes(contact: *const fingerpad_frame_contact) -> usize {
+    let bytes = || Ok::<_, i32>(with_contact!(contact.cast_mut(), held => held.bytes()));
+    bytes().unwrap_or(0)
 }
 
 /// Moves a contact on by one step of `dt_s` seconds: `body` is the pose of the body in the finger's frame at its end. The library finds the
@@ -310,7 +395,10 @@ pub unsafe extern "C" fn fingerpad_frame_step_bed(
         // SAFETY: the caller's promise.
         let (model, body) = unsafe { (loaded(model)?, shared(body)?) };
         // SAFETY: the caller's promise.
-        unsafe { step::<SpinState, _>(&RoundBed::new(model.model), contact, body, dt_s, response) }
+        let radius_mm = unsafe { held::<SpinState>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?.radius_mm;
+        let bed = RoundBed { model: model.model, radius_mm };
+        // SAFETY: the caller's promise.
+        unsafe { step::<SpinState, _>(&bed, contact, body, dt_s, response) }
     };
     answer(stepped())
 }

@@ -5,19 +5,15 @@
 
 #include <fingerpad.h>
 #include <mujoco/mujoco.h>
+#include <stddef.h>
 
 #include "placement.h"
 #include "settings.h"
 
-/* Numbers that the plugin's state holds for one contact beside the words of the model's memory: those of `memory` other than
- * `model`. */
-#define NUMBERS_BESIDE 54
 /* Numbers of a sensor for one contact; fingerpad_mujoco.py names them. */
 #define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
 #define STATUS_STEP_TOO_LONG 16384
-/* Flag of `status`: part of the contact lies beyond the edge of the face, where the model has a face as well. */
-#define STATUS_BEYOND_EDGE 32768
 
 /* Shifts of the finger's site along x, y and z of the contact, and turns about them. */
 #define AXES 6
@@ -36,29 +32,27 @@ typedef struct {
 
 /* All that a contact remembers from one step taken to the next. */
 typedef struct {
-  last_face last;
-  /* Place of a plane's foot in its own coordinates; of a round face the place of its apex along x and y from the foot; m. */
-  mjtNum place[2], angle;
-  /* Place along a round face's axis at which the contact began: there it is the same everywhere. */
-  mjtNum start;
-  /* Slide along x and y, mm, and spin, rad, that single precision left out so far. */
-  mjtNum rest[3];
-  int status;
+  mjtNum status;
+  /* Whether the finger touches. */
+  mjtNum touches;
   known_stability stable;
   /* Acceleration of the finger's site against the geom by MuJoCo's own constraints in the last step, m/s² and rad/s²; zeros unless the
    * step was semi-implicit. */
   mjtNum by_constraints[AXES];
-  union {
-    fingerpad_spin_state bed;
-    fingerpad_pad_state pad;
-  } model;
+  /* Of a mesh: its shape near the finger. */
+  local_shape local;
+  /* Words; all before it are numbers. */
+  fingerpad_frame_contact framed;
 } memory;
+
+/* Numbers before the words, and most words. */
+#define NUMBERS_BESIDE ((int)(offsetof(memory, framed) / sizeof(mjtNum)))
+#define WORDS_MAX ((int)(sizeof(fingerpad_frame_contact) / sizeof(uint32_t)))
 
 /* The result of a contact at one moment. */
 typedef struct {
-  fingerpad_response model;
-  float depth_mm;
-  int face, status;
+  fingerpad_frame_response felt;
+  int status;
   /* Of the dampers and of semi-implicit steps: friction along x and y, normal force, N; moment about the normal, N mm. */
   mjtNum damping[4];
   /* The largest stable time step of explicit forces, s, at most 1. */
@@ -73,8 +67,8 @@ typedef struct {
 
 /* Numbers of one contact in the plugin's state. */
 int memory_numbers(const settings* s);
-/* A contact that never was. */
-void memory_clear(memory* past, const settings* s, float strength_factor);
+/* A contact of the geom in place `slot` of the settings that never was. */
+void memory_clear(memory* past, const settings* s, int slot, float strength_factor);
 /* From and to the numbers of the plugin's state. A memory with a number that is not finite is lost: the next step begins a fresh
  * contact and flags it. */
 void memory_read(memory* past, const settings* s, const mjtNum* numbers);
@@ -84,8 +78,9 @@ void memory_write(const memory* past, const settings* s, mjtNum* numbers);
  * would not be calm. */
 void report_stability(outcome* now, const settings* s, const known_stability* stable, mjtNum dt);
 
-/* Takes one step from `past` to `here`; `finite` is 0 if a position is not finite, and then the memory is held. */
-outcome contact_step(memory* past, const settings* s, const placement* here, int finite, float strength_factor, mjtNum dt);
+/* Takes one step from `past` to `here` against the geom in place `slot` of the settings, and fills in how the finger stands there. Of
+ * a placement that is not finite nothing is taken, and no force acts. */
+outcome contact_step(memory* past, placement* here, const settings* s, int slot, float strength_factor, mjtNum dt);
 
 /* The wrench of the model and of the dampers, which are written into `now`, for a velocity of the finger against the geom's body at
  * the site: turn, rad/s, and speed, m/s, along x, y and z of the contact. */

@@ -21,8 +21,6 @@ static const mjtNum DROP = 0.6;
 static const mjtNum STEEPEST = 0.2;
 /* Largest radius of a sphere or a cylinder, m; flatter is a plane. Smallest radius. */
 static const mjtNum FLAT = 0.5, LEAST_RADIUS = 1e-4;
-/* Half the length of a shape without ends, m: numbers of a memory are finite. */
-static const mjtNum ENDLESS = 1e3;
 /* Ratio of the principal curvatures up to which a shape is a cylinder, and from which on it is a sphere. */
 static const mjtNum CYLINDER = 0.12, SPHERE = 0.5;
 /* How far corners may lie off the sphere through them, m. Other spheres have the geometric mean of both radii of curvature. */
@@ -334,14 +332,14 @@ static void pass_through_corners(local_shape* shape, const patch* p, const facet
 static mjtNum off_shape(const local_shape* shape, const mjtNum normal[3], const mjtNum at[3]) {
   mjtNum arm[3];
   mju_sub3(arm, at, shape->middle);
-  if (shape->kind == FINGERPAD_BODY_PLANE) return mju_dot3(arm, normal);
+  if (shape->kind == FINGERPAD_SHAPE_PLANE) return mju_dot3(arm, normal);
   across_axis(arm, shape);
   return mju_norm3(arm) - shape->radius;
 }
 
 /* Whether the mesh over a disk lies on a shape. */
 static int fits(const local_shape* shape, const mjtNum normal[3], const patch* p) {
-  if (shape->kind != FINGERPAD_BODY_PLANE && !(shape->radius > LEAST_RADIUS)) return 0;
+  if (shape->kind != FINGERPAD_SHAPE_PLANE && !(shape->radius > LEAST_RADIUS)) return 0;
   for (int r = 0; r < RAYS; r++) {
     if (!(fabs(off_shape(shape, normal, p->at[r])) < FITS)) return 0;
   }
@@ -358,7 +356,7 @@ static int is_through_corners(const local_shape* shape, const patch* p, const fa
 
 /* The shape of a patch; 0 if it is none of those that a pad touches. `apex`: the normal of a plane. */
 static int fit(local_shape* shape, mjtNum apex[3], const facets* f, const patch* p, const mjtNum axes[3][3]) {
-  const local_shape unknown = {.half = ENDLESS};
+  const local_shape unknown = {0};
   mjtNum bent[2];
   curvatures(bent, p, axes);
   *shape = unknown;
@@ -368,23 +366,23 @@ static int fit(local_shape* shape, mjtNum apex[3], const facets* f, const patch*
     mju_addToScl3(shape->middle, p->at[r], 1.0 / RAYS);
   }
   mju_normalize3(apex);
-  shape->kind = FINGERPAD_BODY_PLANE;
+  shape->kind = FINGERPAD_SHAPE_PLANE;
   if (bent[0] * FLAT < 1) return fits(shape, apex, p);
 
   *shape = unknown;
-  shape->kind = FINGERPAD_BODY_SPHERE;
+  shape->kind = FINGERPAD_SHAPE_SPHERE;
   put_round(shape, p, 1 / bent[0]);
   pass_through_corners(shape, p, f);
   if (shape->radius < FLAT && is_through_corners(shape, p, f) && fits(shape, apex, p)) return 1;
 
   *shape = unknown;
   if (bent[1] < CYLINDER * bent[0]) {
-    shape->kind = FINGERPAD_BODY_CYLINDER;
+    shape->kind = FINGERPAD_SHAPE_CYLINDER;
     axis_of(shape->axis, p);
     put_round(shape, p, 1 / bent[0]);
     pass_through_corners(shape, p, f);
   } else if (bent[1] > SPHERE * bent[0]) {
-    shape->kind = FINGERPAD_BODY_SPHERE;
+    shape->kind = FINGERPAD_SHAPE_SPHERE;
     put_round(shape, p, 1 / sqrt(bent[0] * bent[1]));
   } else {
     return 0;
@@ -395,7 +393,7 @@ static int fit(local_shape* shape, mjtNum apex[3], const facets* f, const patch*
 /* The plane of the facet at a point that faces a direction most. */
 static void facet_at(local_shape* shape, mjtNum apex[3], const facets* f, const mjtNum at[3], const mjtNum facing[3]) {
   mjtNum most = -INFINITY;
-  *shape = (local_shape){.kind = FINGERPAD_BODY_PLANE, .half = ENDLESS};
+  *shape = (local_shape){.kind = FINGERPAD_SHAPE_PLANE};
   mju_copy3(shape->middle, at);
   for (int k = 0; k < f->count; k++) {
     const mjtNum* n = f->normal + 3 * k;
@@ -405,18 +403,6 @@ static void facet_at(local_shape* shape, mjtNum apex[3], const facets* f, const 
       mju_copy3(apex, n);
     }
   }
-}
-
-/* The extents of a cylinder along its axis, from the corners of the mesh. */
-static void put_ends(local_shape* shape, const facets* f) {
-  mjtNum least = INFINITY, most = -INFINITY, at = mju_dot3(shape->middle, shape->axis);
-  for (int k = 0; k < 3 * f->count; k++) {
-    mjtNum place = mju_dot3(f->corner + 3 * k, shape->axis);
-    least = mju_min(least, place);
-    most = mju_max(most, place);
-  }
-  mju_addToScl3(shape->middle, shape->axis, (least + most) / 2 - at);
-  shape->half = (most - least) / 2;
 }
 
 /* Half the width of the mesh along a direction. */
@@ -448,7 +434,7 @@ int facets_local(local_shape* shape, mjtNum apex[3], const facets* f, const mjtN
     is_fitted = sample(&p, f, at, (const mjtNum(*)[3])axes, DISKS[k]) && fit(shape, apex, f, &p, (const mjtNum(*)[3])axes);
   }
   if (!is_fitted) facet_at(shape, apex, f, at, facing);
-  if (shape->kind == FINGERPAD_BODY_CYLINDER) put_ends(shape, f);
+  if (shape->kind == FINGERPAD_SHAPE_PLANE) mju_copy3(shape->axis, apex);
   shape->thickness = half_width(f, apex);
   return 1;
 }

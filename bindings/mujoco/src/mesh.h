@@ -29,19 +29,17 @@ typedef struct {
   mjtNum radius;
 } facets;
 
-/* The shape of a geom near a contact: a plane, a sphere, a cylinder or an edge. Numbers only: it is part of the contact's memory. */
+/* The shape of a mesh near a contact: a plane, a sphere or a cylinder without ends. Numbers only: it is part of the contact's memory. */
 typedef struct {
-  /* FINGERPAD_BODY_...; radius of the body, m, 0 for a plane. */
+  /* FINGERPAD_SHAPE_...; radius, m, 0 for a plane. */
   mjtNum kind, radius;
-  /* A point of the plane, the middle of the sphere, or the middle of the axis of a cylinder or of an edge's rounding. */
+  /* A point of the plane, the middle of the sphere, or a point of the cylinder's axis. */
   mjtNum middle[3];
-  /* Direction of the axis, and half its length; zeros and 1 km without an axis. */
-  mjtNum axis[3], half;
-  /* How deep below its apex the middle of the geom lies. */
+  /* Normal of a plane, direction of a cylinder's axis; zeros for a sphere. */
+  mjtNum axis[3];
+  /* How deep below its apex the middle of the mesh lies. */
   mjtNum thickness;
 } local_shape;
-/* Numbers of a local shape. */
-#define LOCAL_NUMBERS 10
 
 /* Reads mesh `mesh` of the model into facets that facets_free frees. Returns 0, or -1 with the reason in `why`, at most `room` bytes: too
  * many facets, an open or a concave mesh. */

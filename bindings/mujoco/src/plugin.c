@@ -17,8 +17,6 @@
 
 /* The name of the plugin in a model. */
 static const char NAME[] = "fingerpad.contact";
-/* Most words of a model's memory. */
-enum { STATE_WORDS_MAX = sizeof(fingerpad_pad_state) / sizeof(uint32_t) };
 /* No contact. */
 static const outcome NOTHING = {.stable_step_s = 1};
 
@@ -27,20 +25,18 @@ MUJOCO_HELPER_DLL_EXPORT double fingerpad_mujoco_stable_step(const mjModel* m, m
 
 /* One contact of an instance: what can be computed again from MuJoCo's state, kept for speed. */
 typedef struct {
-  /* The placement at which the present step began, and whether it is finite. */
+  /* The placement at which the present step began. */
   placement start;
-  int start_finite;
   outcome now;
-  /* Where it is in the present pass, and whether that is finite. */
+  /* Where it is in the present pass. */
   placement here;
-  int here_finite;
   /* Whether the forces were semi-implicit where the present step began; then the site's velocity against the geom at the end of the
    * step but for MuJoCo's constraints. */
   int start_coupled;
   mjtNum ahead[AXES];
   /* The memory that was read last and the numbers of the plugin's state that it was read from. */
   memory kept;
-  mjtNum kept_numbers[NUMBERS_BESIDE + STATE_WORDS_MAX];
+  mjtNum kept_numbers[NUMBERS_BESIDE + WORDS_MAX];
   /* `kept` after the step to `start` with this strength and time step. */
   memory after;
   float strength;
@@ -116,8 +112,8 @@ static void reset(const mjModel* m, mjtNum* state, void* plugin_data, int instan
   data->has_start = 0;
   const settings* s = &data->settings;
   for (int i = 0; i < s->geom_count; i++) {
-    memory past = {.status = 0};
-    memory_clear(&past, s, s->strength_factor[i]);
+    memory past;
+    memory_clear(&past, s, i, s->strength_factor[i]);
     memory_write(&past, s, state + i * memory_numbers(s));
     data->contact[i].now = NOTHING;
   }
@@ -160,7 +156,7 @@ static void to_start(memory* past, instance_data* data, const mjModel* m, mjData
     memcpy(past, &contact->after, sizeof(*past));
   } else {
     memory_read(past, s, numbers);
-    contact_step(past, s, &contact->start, contact->start_finite, strength, m->opt.timestep);
+    contact_step(past, &contact->start, s, i, strength, m->opt.timestep);
   }
 }
 
@@ -179,7 +175,8 @@ static int next_instance(const mjModel* m, const mjData* d, int instance) {
 typedef struct {
   contact_data* contact;
   const settings* s;
-  int geom;
+  /* Place of the geom in the settings. */
+  int slot;
 } touching;
 
 /* The contacts of all instances that touch in the present pass; returns their number. With a list of NULL it counts alone. */
@@ -189,8 +186,8 @@ static int find_touching(touching* list, const mjModel* m, const mjData* d) {
     instance_data* data = data_of(d, k);
     for (int i = 0; i < data->settings.geom_count; i++) {
       contact_data* contact = &data->contact[i];
-      if (!contact->here_finite || contact->now.model.regime == FINGERPAD_NO_CONTACT) continue;
-      if (list) list[count] = (touching){contact, &data->settings, data->settings.geoms[i]};
+      if (contact->now.felt.response.regime == FINGERPAD_NO_CONTACT) continue;
+      if (list) list[count] = (touching){contact, &data->settings, i};
       count++;
     }
   }
@@ -207,7 +204,7 @@ static void* room_for(int count, size_t size) {
  * model touch than before. */
 static int is_outdated(const contact_data* contact, int count) {
   const known_stability* last = &contact->after.stable;
-  return count > last->touching || !(fabs(contact->now.depth_mm - last->depth_mm) <= 0.15 * last->depth_mm + 0.05);
+  return count > last->touching || !(fabs(contact->now.felt.depth_mm - last->depth_mm) <= 0.15 * last->depth_mm + 0.05);
 }
 
 /* Computes the limits of stability and the stiffness of all contacts where those of one are outdated. */
@@ -216,12 +213,12 @@ static void update_stability(const mjModel* m, mjData* d, const touching* list, 
   for (int i = 0; i < count; i++) is_needed |= is_outdated(list[i].contact, count);
   if (!is_needed) return;
   linear_contact* linear = room_for(count, sizeof(*linear));
-  for (int i = 0; i < count; i++) linearise(&linear[i], list[i].s, m, list[i].geom, &list[i].contact->here);
+  for (int i = 0; i < count; i++) linearise(&linear[i], &list[i].contact->after, list[i].s, list[i].slot, &list[i].contact->here);
   stability limits = stability_of(m, d, linear, count);
   for (int i = 0; i < count; i++) {
     known_stability* stable = &list[i].contact->after.stable;
     *stable = (known_stability){
-        mju_min(1, limits.step_s), mju_min(1, limits.calm_s), list[i].contact->now.depth_mm, count, {0}};
+        mju_min(1, limits.step_s), mju_min(1, limits.calm_s), list[i].contact->now.felt.depth_mm, count, {0}};
     if (!list[i].s->is_pad) positive_part(stable->stiffness, linear[i].stiffness);
   }
   free(linear);
@@ -241,11 +238,11 @@ static void apply_all(const mjModel* m, mjData* d, int later) {
     report_stability(&contact->now, list[i].s, &contact->after.stable, m->opt.timestep);
     if (contact->now.is_semi_implicit) {
       coupled[coupled_count++] = (coupled_contact){
-          .s = list[i].s, .geom = list[i].geom, .here = contact->here, .now = &contact->now,
+          .s = list[i].s, .geom = list[i].s->geoms[list[i].slot], .here = contact->here, .now = &contact->now,
           .stiffness = contact->after.stable.stiffness, .by_constraints = contact->after.by_constraints,
       };
     } else {
-      contact_apply(&contact->now, list[i].s, &contact->here, m, d, list[i].geom);
+      contact_apply(&contact->now, list[i].s, &contact->here, m, d, list[i].s->geoms[list[i].slot]);
     }
   }
   if (coupled_count) apply_coupled(m, d, coupled, coupled_count);
@@ -276,11 +273,10 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
       read(&past, contact, s, numbers);
       keep(contact, s, &past, numbers);
     }
-    contact->here_finite = place(&contact->here, s, m, d, i, &past.last) == 0;
-    contact->now = contact_step(&past, s, &contact->here, contact->here_finite, strength, m->opt.timestep);
+    place(&contact->here, s, d, s->geoms[i]);
+    contact->now = contact_step(&past, &contact->here, s, i, strength, m->opt.timestep);
     if (!later) {
       contact->start = contact->here;
-      contact->start_finite = contact->here_finite;
       contact->start_coupled = 0;
       memcpy(&contact->after, &past, sizeof(past));
       contact->strength = strength;
@@ -315,7 +311,7 @@ double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d) {
   touching* list = room_for(count, sizeof(*list));
   linear_contact* linear = room_for(count, sizeof(*linear));
   find_touching(list, m, d);
-  for (int i = 0; i < count; i++) linearise(&linear[i], list[i].s, m, list[i].geom, &list[i].contact->here);
+  for (int i = 0; i < count; i++) linearise(&linear[i], &list[i].contact->after, list[i].s, list[i].slot, &list[i].contact->here);
   stability limits = stability_of(m, d, linear, count);
   free(linear);
   free(list);

@@ -14,7 +14,7 @@ static const mjtNum MM_PER_M = 1000;
 
 /* The stiffness of a bed. Friction that slips has none; of one that slips in part the share of the area that sticks counts. */
 static void bed_stiffness(mjtNum stiffness[SQUARE], const coupled_contact* c) {
-  mjtNum root = sqrt(mju_max(0, c->now->model.stick_ratio));
+  mjtNum root = sqrt(mju_max(0, c->now->felt.response.stick_ratio));
   const mjtNum held[AXES] = {root, root, 1, 1, 1, root};
   for (int i = 0, at = 0; i < AXES; i++) {
     for (int k = 0; k <= i; k++, at++) {
@@ -27,11 +27,11 @@ static void bed_stiffness(mjtNum stiffness[SQUARE], const coupled_contact* c) {
  * is larger than that of the pad, and it is the one that a small vibration meets: the bulk follows only beyond the tolerance of its
  * equilibrium. */
 static void pad_stiffness(mjtNum stiffness[SQUARE], const coupled_contact* c) {
-  const fingerpad_response* r = &c->now->model;
+  const fingerpad_response* r = &c->now->felt.response;
   mjtNum normal = c->s->patch_stiffness * r->contact_area_mm2, across = normal * r->stick_ratio;
   /* Mean square of the places along one axis of a disk, m². */
   mjtNum square = r->contact_area_mm2 / (4 * mjPI * MM_PER_M * MM_PER_M);
-  mjtNum x = r->pressure_centre_x_mm / MM_PER_M, y = r->pressure_centre_y_mm / MM_PER_M, z = -c->here.height;
+  mjtNum x = r->pressure_centre_x_mm / MM_PER_M, y = r->pressure_centre_y_mm / MM_PER_M, z = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
   /* Rows: velocity of the centre by shifts and turns of the site. */
   const mjtNum rows[3][AXES] = {{1, 0, 0, 0, z, -y}, {0, 1, 0, -z, 0, x}, {0, 0, 1, y, -x, 0}};
   const mjtNum springs[3] = {across, across, normal};

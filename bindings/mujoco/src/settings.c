@@ -34,8 +34,7 @@ static const char IS_AMBIGUOUS[] =
 /* Largest ratio of the semi-axes of an ellipsoid, which counts as a sphere of its local curvature: both radii of curvature differ by
  * less than twice. */
 static const mjtNum AXES_RATIO = 1.4;
-/* Least radius of a round geom, m. */
-static const mjtNum LEAST_RADIUS = 1e-4;
+static const mjtNum MM_PER_M = 1000;
 
 /* The value of an attribute, "" if it was not given. */
 static const char* value_of(const mjModel* m, int instance, const char* name) {
@@ -122,9 +121,6 @@ static int is_refused(settings* s, const mjModel* m, int geom, const char* word,
   } else if (type == mjGEOM_ELLIPSOID && longest_over_least(m->geom_size + 3 * geom) > AXES_RATIO) {
     snprintf(why, REASON_MAX, "geom '%s' is an ellipsoid whose longest semi-axis is %g times its least; a pad takes up to %g", word,
              longest_over_least(m->geom_size + 3 * geom), AXES_RATIO);
-  } else if (type != mjGEOM_PLANE && type != mjGEOM_BOX && type != mjGEOM_MESH && m->geom_size[3 * geom] < LEAST_RADIUS) {
-    snprintf(why, REASON_MAX, "geom '%s' has a radius of %g m; a pad touches bodies of 0.0001 m and more", word,
-             m->geom_size[3 * geom]);
   } else if (m->geom_bodyid[geom] == m->site_bodyid[s->site]) {
     snprintf(why, REASON_MAX, "geom '%s' belongs to the body of the site", word);
   } else if (type == mjGEOM_MESH && facets_read(&s->mesh[s->geom_count], m, m->geom_dataid[geom], reason, sizeof(reason))) {
@@ -190,23 +186,39 @@ static void* read_file(const char* path, size_t* length) {
   return bytes;
 }
 
-/* Loads the file as that of a pad or of a bed, whichever it is. */
-static int load(settings* s, size_t length) {
-  int code = fingerpad_pad_load(&s->pad, s->file, length);
-  s->is_pad = code == FINGERPAD_OK;
-  if (s->is_pad) return fingerpad_pad_describe(&s->pad, &s->pad_info);
-  /* Of a file that is no pad the reader of beds says what is wrong. */
-  return code == FINGERPAD_SECTION ? fingerpad_model_load(&s->bed, s->file, length) : code;
+int settings_begin(fingerpad_frame_contact* framed, const settings* s, fingerpad_shape shape) {
+  if (s->is_pad) return fingerpad_frame_init_pad(&s->pad, shape, framed);
+  int code = fingerpad_frame_init_bed(&s->bed, shape, framed);
+  if (code == FINGERPAD_OK) fingerpad_frame_set_bed_radius(framed, (float)s->pad_radius_mm[0], (float)s->pad_radius_mm[1]);
+  return code;
 }
 
-/* The level axes of a finger in its own frame, as columns: those of the plane in the neutral pose. */
+/* The level axes of a finger in its own frame, as columns: those of a plane in the neutral pose. */
 static void find_level(settings* s) {
-  fingerpad_model_info bed = {0};
-  if (!s->is_pad) fingerpad_model_describe(&s->bed, &bed);
-  mjtNum pitch = (s->is_pad ? s->pad_info.neutral_pitch_deg : bed.pitch_deg) * mjPI / 180, roll = bed.roll_deg * mjPI / 180;
+  mjtNum pitch = s->neutral_deg[0] * mjPI / 180, roll = s->neutral_deg[1] * mjPI / 180;
   mjtNum ps = sin(pitch), pc = cos(pitch), rs = sin(roll), rc = cos(roll);
   const mjtNum level[9] = {pc, -ps * rs, -ps * rc, 0, rc, -rs, ps, pc * rs, pc * rc};
   mju_copy(s->level, level, 9);
+}
+
+/* Loads the file as that of a pad or of a bed, whichever it is. */
+static int load(settings* s, size_t length) {
+  fingerpad_pad_info pad = {0};
+  fingerpad_model_info bed = {0};
+  fingerpad_frame_contact framed;
+  int code = fingerpad_pad_load(&s->pad, s->file, length);
+  s->is_pad = code == FINGERPAD_OK;
+  /* Of a file that is no pad the reader of beds says what is wrong. */
+  if (code == FINGERPAD_SECTION) code = fingerpad_model_load(&s->bed, s->file, length);
+  if (code != FINGERPAD_OK) return code;
+  code = s->is_pad ? fingerpad_pad_describe(&s->pad, &pad) : fingerpad_model_describe(&s->bed, &bed);
+  s->neutral_deg[0] = s->is_pad ? pad.neutral_pitch_deg : bed.pitch_deg;
+  s->neutral_deg[1] = bed.roll_deg;
+  find_level(s);
+  if (settings_begin(&framed, s, (fingerpad_shape){.kind = FINGERPAD_SHAPE_PLANE}) == FINGERPAD_OK) {
+    s->words = (int)(fingerpad_frame_bytes(&framed) / sizeof(uint32_t));
+  }
+  return code;
 }
 
 /* Refuses an attribute that the kind of model has no use for. */
@@ -246,6 +258,8 @@ static int is_less(const void* a, const void* b) {
 /* The stiffness of the patches of a pad over the area in contact, N/m per mm², against motions within the tolerance of its equilibrium, in
  * which the bulk does not move. Such a motion may still start a new equilibrium, so the upper quartile of many is taken. */
 static mjtNum patch_stiffness(const settings* s) {
+  fingerpad_pad_info info = {0};
+  fingerpad_pad_describe(&s->pad, &info);
   enum { DEPTHS = 12, MOTIONS = 4 };
   const float tiny_mm = 5e-5f, sticks = 5, dt = 1e-3f;
   const fingerpad_body plane = {FINGERPAD_BODY_PLANE, 0, 0, 0};
@@ -253,14 +267,14 @@ static mjtNum patch_stiffness(const settings* s) {
   for (int i = 0; i < DEPTHS; i++) {
     fingerpad_pad_state start, state;
     fingerpad_response rest, moved;
-    float depth = s->pad_info.depth_max_mm * (float)(i + 1) / (DEPTHS + 1);
-    fingerpad_pad_motion motion = {depth, 0, 0, 0, s->pad_info.neutral_pitch_deg, 0, dt};
+    float depth = info.depth_max_mm * (float)(i + 1) / (DEPTHS + 1);
+    fingerpad_pad_motion motion = {depth, 0, 0, 0, info.neutral_pitch_deg, 0, dt};
     fingerpad_pad_state_init(&s->pad, &start);
     fingerpad_pad_state_set_strength_factor(&start, sticks);
     fingerpad_pad_step(&s->pad, &start, plane, motion, &rest);
     for (int k = 0; k < MOTIONS; k++) {
       float way = k % 2 ? -tiny_mm : tiny_mm;
-      motion = (fingerpad_pad_motion){depth, 0, 0, 0, s->pad_info.neutral_pitch_deg, 0, dt};
+      motion = (fingerpad_pad_motion){depth, 0, 0, 0, info.neutral_pitch_deg, 0, dt};
       *(k < 2 ? &motion.depth_mm : &motion.slide_x_mm) += way;
       memcpy(&state, &start, sizeof(start));
       fingerpad_pad_step(&s->pad, &state, plane, motion, &moved);
@@ -312,13 +326,45 @@ static int read_integration(settings* s, const mjModel* m, int instance) {
   return refuse(m, instance, "integration", value, "neither 'auto' nor 'explicit'");
 }
 
+/* The shape of a geom. A mesh counts as a plane until the finger comes next to it. */
+static fingerpad_shape shape_of(const settings* s, const mjModel* m, int geom) {
+  fingerpad_shape shape = {.kind = FINGERPAD_SHAPE_PLANE, .edge_radius_mm = s->edge_radius_mm};
+  mju_scl3(shape.size_mm, m->geom_size + 3 * geom, MM_PER_M);
+  switch (m->geom_type[geom]) {
+    case mjGEOM_BOX: shape.kind = FINGERPAD_SHAPE_BOX; break;
+    case mjGEOM_SPHERE: shape.kind = FINGERPAD_SHAPE_SPHERE; break;
+    case mjGEOM_ELLIPSOID: shape.kind = FINGERPAD_SHAPE_ELLIPSOID; break;
+    case mjGEOM_CAPSULE: shape.kind = FINGERPAD_SHAPE_CAPSULE; break;
+    case mjGEOM_CYLINDER: shape.kind = FINGERPAD_SHAPE_CYLINDER; break;
+    default: break;
+  }
+  return shape;
+}
+
+/* The shapes of the geoms. */
+static int read_shapes(settings* s, const mjModel* m, int instance) {
+  char why[REASON_MAX];
+  for (int i = 0; i < s->geom_count; i++) {
+    fingerpad_frame_contact framed;
+    int geom = s->geoms[i];
+    const mjtNum* size = m->geom_size + 3 * geom;
+    const char* name = mj_id2name(m, mjOBJ_GEOM, geom);
+    s->shape[i] = shape_of(s, m, geom);
+    if (settings_begin(&framed, s, s->shape[i]) == FINGERPAD_OK) continue;
+    snprintf(why, sizeof(why), "geom '%s' has the sizes %g %g %g m; a finger touches bodies with sizes of 0.0001 to 1000 m", name ? name : "", size[0],
+             size[1], size[2]);
+    return refuse(m, instance, "geoms", value_of(m, instance, "geoms"), why);
+  }
+  return 0;
+}
+
 int settings_read(settings* s, const mjModel* m, int instance) {
   *s = (settings){
       .damping_normal = 2,
       .damping_slide = 2,
       .damping_spin = 2e-5,
       .pad_radius_mm = {21, 21},
-      .edge_radius = 2,
+      .edge_radius_mm = 2,
       .strength_userdata = -1,
   };
   mjtNum strength[GEOMS_MAX], userdata = -1;
@@ -330,11 +376,10 @@ int settings_read(settings* s, const mjModel* m, int instance) {
       read_numbers(m, instance, "damping_normal_n_s_per_m", &s->damping_normal, 1, 0, most) ||
       read_numbers(m, instance, "damping_slide_n_s_per_m", &s->damping_slide, 1, 0, most) ||
       read_numbers(m, instance, "damping_spin_n_m_s_per_rad", &s->damping_spin, 1, 0, most) ||
-      read_numbers(m, instance, "edge_radius_mm", &s->edge_radius, 1, 0.1, 10) || read_integration(s, m, instance)) {
+      read_numbers(m, instance, "edge_radius_mm", &s->edge_radius_mm, 1, 0.1, 10) || read_integration(s, m, instance) ||
+      read_shapes(s, m, instance)) {
     return -1;
   }
-  s->edge_radius /= 1000;
-  find_level(s);
   if (userdata != floor(userdata)) {
     return refuse(m, instance, "strength_userdata", value_of(m, instance, "strength_userdata"), "not a whole number");
   }

@@ -22,16 +22,21 @@ typedef struct {
   int is_pad;
   fingerpad_model bed;
   fingerpad_pad pad;
-  fingerpad_pad_info pad_info;
+  /* Pitch and roll of the neutral pose, degrees. */
+  mjtNum neutral_deg[2];
+  /* Words of a contact in frames. */
+  int words;
   /* The finger's level axes in the site's frame, as columns: those of a plane in the neutral pose. */
   mjtNum level[9];
   /* Of a pad: stiffness of the patches over the area in contact, N/m per mm², while its bulk stays as it is. */
   mjtNum patch_stiffness;
   int site, geom_count, geoms[GEOMS_MAX];
+  /* The shape of each geom; of a mesh that with which a contact begins. */
+  fingerpad_shape shape[GEOMS_MAX];
   /* Of each geom that is a mesh; freed by settings_free. */
   facets mesh[GEOMS_MAX];
-  /* Radius of the rounding of a box's edges, m. */
-  mjtNum edge_radius;
+  /* Radius of the rounding of a box's edges, mm. */
+  mjtNum edge_radius_mm;
   float strength_factor[GEOMS_MAX];
   /* First of d->userdata that multiply the strength factors, or -1. */
   int strength_userdata;
@@ -50,6 +55,8 @@ void settings_preview(settings* s, const mjModel* m, int instance);
 /* Reads all attributes and the model file. Returns 0, or -1 after a warning that names the attribute and its value. */
 int settings_read(settings* s, const mjModel* m, int instance);
 void settings_free(settings* s);
+/* Sets up a contact in frames with a shape; returns the code of the library. */
+int settings_begin(fingerpad_frame_contact* framed, const settings* s, fingerpad_shape shape);
 /* The strength factor of contact `i` at this moment. */
 float settings_strength(const settings* s, const mjData* d, int i);
 

@@ -67,29 +67,28 @@ void damping_of(mjtNum damping[SQUARE], const settings* s, outcome now, const pl
   symmetrise(damping);
 }
 
-void linearise(linear_contact* linear, const settings* s, const mjModel* m, int geom, const placement* here) {
-  *linear = (linear_contact){.site = s->site, .geom = geom, .here = *here};
-  memory past = {.status = 0}, fresh;
-  placement start, there;
+void linearise(linear_contact* linear, const memory* past, const settings* s, int slot, const placement* here) {
+  memory start, moved;
+  placement there = *here;
   wrench w;
-  mjtNum rest[AXES], moved[AXES];
-  place_moved(&start, here, s, m, STILL, STILL);
-  memory_clear(&past, s, STICKS);
-  outcome now = contact_step(&past, s, &start, 1, STICKS, ANY_STEP_S);
-  contact_wrench(&w, &now, s, &start, STILL, STILL);
+  mjtNum rest[AXES], then[AXES];
+  memcpy(&start, past, sizeof(start));
+  outcome now = contact_step(&start, &there, s, slot, STICKS, ANY_STEP_S), other;
+  *linear = (linear_contact){.site = s->site, .geom = s->geoms[slot], .here = there};
+  contact_wrench(&w, &now, s, &linear->here, STILL, STILL);
   wrench_numbers(rest, &w);
   for (int k = 0; k < AXES; k++) {
     mjtNum shift[3] = {0, 0, 0}, turn[3] = {0, 0, 0}, step = k < 3 ? SMALL_SHIFT : SMALL_TURN;
     (k < 3 ? shift : turn)[k % 3] = step;
-    place_moved(&there, here, s, m, shift, turn);
-    memcpy(&fresh, &past, sizeof(past));
-    outcome then = contact_step(&fresh, s, &there, 1, STICKS, ANY_STEP_S);
-    contact_wrench(&w, &then, s, &there, STILL, STILL);
-    wrench_seen_from(moved, &w, &there, shift, &start);
-    for (int i = 0; i < AXES; i++) linear->stiffness[AXES * i + k] = (rest[i] - moved[i]) / step;
+    place_moved(&there, &linear->here, shift, turn);
+    memcpy(&moved, &start, sizeof(start));
+    other = contact_step(&moved, &there, s, slot, STICKS, ANY_STEP_S);
+    contact_wrench(&w, &other, s, &there, STILL, STILL);
+    wrench_seen_from(then, &w, &there, shift, &linear->here);
+    for (int i = 0; i < AXES; i++) linear->stiffness[AXES * i + k] = (rest[i] - then[i]) / step;
   }
   symmetrise(linear->stiffness);
-  damping_of(linear->damping, s, now, &start, rest);
+  damping_of(linear->damping, s, now, &linear->here, rest);
 }
 
 /* One rotation of the method of Jacobi: brings the entry p, q of a symmetric matrix to 0, and turns the columns of `axes`. */

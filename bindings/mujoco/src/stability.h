@@ -35,8 +35,9 @@ void relative_jacobian(mjtNum* jacobian, const mjModel* m, mjData* d, int site, 
 /* Adds J' W J to `sum`, nv x nv, of a contact with six rows of J. */
 void add_in_joints(mjtNum* sum, const mjtNum* jacobian, const mjtNum weight[SQUARE], mjData* d, int nv);
 
-/* The spring and damper of a contact that sticks as a whole at `here`, from small shifts and turns of the site. */
-void linearise(linear_contact* linear, const settings* s, const mjModel* m, int geom, const placement* here);
+/* The spring and damper of the contact in place `slot` of the settings, if it sticks as a whole at `here`, from small shifts and turns of the
+ * site. */
+void linearise(linear_contact* linear, const memory* past, const settings* s, int slot, const placement* here);
 
 /* Limits of a model with contacts for explicit forces; infinite without contacts. */
 typedef struct {

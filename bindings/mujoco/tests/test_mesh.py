@@ -14,6 +14,9 @@ from test_passive import energies_after_a_hit, taken_by_cycles
 
 import fingerpad_mujoco
 
+#: The edge of a box between +x and +z.
+EDGE_FACE = 11
+
 FORCES = ("normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm")
 
 
@@ -51,8 +54,9 @@ def test_a_mesh_with_two_curvatures_is_the_sphere_between(seed):
 def test_a_mesh_contact_ends_at_its_end():
     model, data = paths.model_and_data(geom="mesh rod", radius=0.012, **PAD)
     at = lambda x: (np.array([x, 0, 11.0]), Rotation.identity())
-    assert paths.lead(model, data, at(99.9), STILL)["normal_force_n"] > 0.03
-    assert paths.lead(model, data, at(100.1), STILL)["normal_force_n"] == 0
+    assert paths.lead(model, data, at(100.4), STILL)["normal_force_n"] > 0.03
+    # Where the mesh is 0.5 mm inside the cylinder.
+    assert paths.lead(model, data, at(100.6), STILL)["normal_force_n"] == 0
 
 
 def test_a_contact_over_the_edge_of_a_mesh_is_flagged_as_over_that_of_a_box():
@@ -162,7 +166,7 @@ def test_an_edge_of_a_box_is_the_edge_of_the_library(radius_mm):
         depth, slide = min(0.02 * i, 1.2), 0.01 * max(0, i - 60)
         contacts.append(paths.lead(model, data, over_edge(depth, along_mm=slide, radius_mm=radius_mm), STILL))
         answers.append(finger.step(depth, 0.0, -0.01 if i > 60 else 0.0))
-    assert contacts[-1]["face"] == 7 and contacts[-1]["normal_force_n"] > 0.02 and contacts[-1]["status"] == 0
+    assert contacts[-1]["face"] == EDGE_FACE and contacts[-1]["normal_force_n"] > 0.02 and contacts[-1]["status"] == 0
     for name in ("normal_force_n", "friction_x_n", "friction_y_n"):
         seen, own = np.array([c[name] for c in contacts]), np.array([getattr(r, name) for r in answers])
         scale = max(np.abs([getattr(r, "friction_y_n") for r in answers]).max(), np.abs(own).max())
@@ -181,8 +185,8 @@ def test_an_edge_ends_at_its_corner_and_is_flagged_before():
     middle = paths.lead(model, data, over_edge(1.0), STILL)
     near = paths.lead(model, data, over_edge(1.0, along_mm=half - 0.5), STILL)
     beyond = paths.lead(model, data, over_edge(1.0, along_mm=half + 0.5), STILL)
-    assert (middle["face"], fingerpad_mujoco.flags(middle["status"])) == (7, [])
-    assert (near["face"], fingerpad_mujoco.flags(near["status"])) == (7, ["beyond_edge"])
+    assert (middle["face"], fingerpad_mujoco.flags(middle["status"])) == (EDGE_FACE, [])
+    assert (near["face"], fingerpad_mujoco.flags(near["status"])) == (EDGE_FACE, ["beyond_edge"])
     assert beyond["face"] == 0 and beyond["normal_force_n"] == 0
 
 

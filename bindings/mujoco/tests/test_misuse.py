@@ -71,7 +71,7 @@ def test_a_bad_attribute_is_named_with_its_value(attribute, value, reason, capfd
         ("geoms", "egg", "geom 'egg' is an ellipsoid whose longest semi-axis is 2 times its least; a pad takes up to 1.4"),
         ("geoms", "hills", "geom 'hills' is of type height field; a pad touches planes, boxes, spheres, ellipsoids, cylinders, capsules"),
         ("edge_radius_mm", "0", "'0' is not a number from 0.1 to 10"),
-        ("geoms", "needle", "geom 'needle' has a radius of 5e-05 m"),
+        ("geoms", "needle", "geom 'needle' has the sizes 5e-05 1 0 m"),
         ("pad_radius_mm", "21", "a pad has a shape of its own"),
         ("stiffness", "9", "'9' is not a number from 0.2 to 5"),
         ("model_file", "{cut}", "cut off"),
@@ -160,5 +160,17 @@ def test_a_jump_is_flagged():
 
 def test_too_deep_is_flagged():
     model, data = paths.model_and_data(geom="plane")
-    contact = paths.lead(model, data, ([0, 0, -9], Rotation.identity()))
-    assert fingerpad_mujoco.flags(contact["status"]) == ["depth_above_range"]
+    contacts = [paths.lead(model, data, ([0, 0, -depth], Rotation.identity())) for depth in np.arange(0.0, 9.5, 0.5)]
+    assert fingerpad_mujoco.flags(contacts[-1]["status"]) == ["depth_above_range"]
+
+
+@pytest.mark.parametrize("scene", [dict(), paths.PAD], ids=["bed", "pad"])
+def test_a_finger_that_comes_from_the_side_begins_near_the_surface(scene):
+    # 8 mm below the top of a box, beside it at first, then over it: no contact of 8 mm.
+    model, data = paths.model_and_data(**scene)
+    edge = 1e3 * paths.HALF
+    at = lambda x: paths.lead(model, data, ([x, 0, edge - 8], Rotation.identity()), paths.STILL)
+    assert at(edge + 20)["normal_force_n"] == 0
+    assert at(0.0)["normal_force_n"] < 1e-6
+    sunk = paths.lead(model, data, ([0, 0, edge - 8.5], Rotation.identity()), paths.STILL)
+    assert sunk["depth_mm"] == pytest.approx(0.5, abs=0.01) and fingerpad_mujoco.flags(sunk["status"]) == ["began_inside"]

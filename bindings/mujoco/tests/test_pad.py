@@ -87,10 +87,10 @@ def test_a_huge_round_geom_is_a_plane(geom):
 def test_the_ends_of_capsule_and_cylinder_are_their_own_faces():
     seen = {}
     for geom in ("rod", "capsule"):
-        model, data = paths.model_and_data(geom=geom, radius=0.012, **PAD)
         along = np.array([1.0, 0.0, 0.0]) if geom == "rod" else np.array([0.0, -1.0, 0.0])
         for sign in (1, -1):
             # Over the end, looking along the axis.
+            model, data = paths.model_and_data(geom=geom, radius=0.012, **PAD)
             turn = Rotation.align_vectors([sign * along], [[0, 0, 1]])[0]
             reach = 100.0 if geom == "rod" else 112.0
             contact = paths.lead(model, data, ((reach - 0.8) * sign * along, turn), STILL)

@@ -77,6 +77,7 @@ def test_depth_is_compression_of_the_pad_not_of_the_object():
         assert (contact["normal_force_n"] > 0) == (depth > 0.05) or abs(depth) <= 0.05
     # And from above through the middle of the card in one step.
     at_depth(*thin, 0.4, -0.1)
+    at_depth(*thin, 0.4, 0.85)
     assert at_depth(*thin, 0.4, 2.0)["normal_force_n"] > 0.3
 
 
@@ -84,6 +85,7 @@ def test_contact_ends_where_the_finger_leaves_the_face():
     thin = on_plate(0.4)
     edge = 1e3 * paths.HALF
     at_depth(*thin, 0.4, -0.1)
+    at_depth(*thin, 0.4, 0.85)
     for x in np.linspace(0, edge - 0.05, 50):
         assert at_depth(*thin, 0.4, 2.0, x)["normal_force_n"] > 0.3
     assert at_depth(*thin, 0.4, 2.0, edge + 0.05)["normal_force_n"] == 0

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::math::{Elementary, Scalar};
 use crate::pad::{Body, Cylinder, Edge, Sphere};
 
-use super::shape::Kind;
+use super::shape::{BOX, CAPSULE, CYLINDER, EDGE, ELLIPSOID, PLANE, Shape};
 
 /// Least cosine between the finger's normal and that of a face: 60 degrees. Beyond, the finger does not face it.
 const FACING: f32 = 0.5;
@@ -24,6 +24,8 @@ const ROUNDS: usize = 60;
 const SETTLED: [f32; 2] = [1e-9, 1e-6];
 /// Number of the first edge of a box.
 const FIRST_EDGE: u8 = 7;
+/// Largest number of a face.
+pub(super) const LAST_FACE: u32 = 18;
 
 /// What the finger meets at a face, with its axis along `u`.
 #[derive(Clone, Copy)]
@@ -52,9 +54,17 @@ pub(super) struct Face<R> {
 
 /// A finger in the frame of the body: its place and its level axes as columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub(super) struct Site<R> {
     pub at: Vector3<R>,
     pub axes: Matrix3<R>,
+}
+
+impl<R: Elementary> Site<R> {
+    pub fn is_finite(&self) -> bool {
+        let sum = self.at.iter().chain(self.axes.iter()).fold(R::of(0.0), |sum, x| sum + *x);
+        sum - sum == R::of(0.0)
+    }
 }
 
 /// How a finger stands against a face.
@@ -166,34 +176,32 @@ impl<R: Elementary> Face<R> {
     }
 
     /// The face of a number, see [`super::FrameResponse::face`]; `apex` is the normal of a round one.
-    fn of(kind: &Kind<R>, number: u8, apex: &Vector3<R>) -> Self {
+    fn of(shape: &Shape<R>, number: u8, apex: &Vector3<R>) -> Self {
         let one = R::of(1.0);
         let sign = |is_far: bool| if is_far { -one } else { one };
         let side = sign(number == 3);
-        match kind {
-            Kind::Plane => Self::flat(2, one, R::of(0.0)),
-            Kind::Ellipsoid { axes } => Self::ellipsoid(axes, apex),
-            Kind::Capsule { radius, half_length } | Kind::Cylinder { radius, half_length } if number == 1 => {
-                Self::side(*radius, *half_length, apex)
-            }
-            Kind::Capsule { radius, half_length } => Self::round(*radius, unit(2, side * *half_length), apex),
-            Kind::Cylinder { radius, half_length } => {
-                Self { rim: *radius, thickness: *half_length, ..Self::flat(2, side, *half_length) }
-            }
-            Kind::Edge { radius, angle_deg } => Self {
+        let [a, b, c, d] = shape.sizes;
+        match shape.kind {
+            PLANE => Self::flat(2, one, R::of(0.0)),
+            ELLIPSOID => Self::ellipsoid(&Vector3::new(a, b, c), apex),
+            CAPSULE | CYLINDER if number == 1 => Self::side(a, b, apex),
+            CAPSULE => Self::round(a, unit(2, side * b), apex),
+            CYLINDER => Self { rim: a, thickness: b, ..Self::flat(2, side, b) },
+            EDGE => Self {
                 u: unit(0, one),
                 v: unit(1, one),
-                middle: unit(2, -*radius),
-                bent: Bent::Edge(*radius, *angle_deg),
-                ..Self::flat(2, one, *radius)
+                middle: unit(2, -a),
+                bent: Bent::Edge(a, b),
+                ..Self::flat(2, one, a)
             },
-            Kind::Box { half, edge_radius } if number >= FIRST_EDGE => {
+            _ if number >= FIRST_EDGE => {
                 let edge = number - FIRST_EDGE;
-                Self::box_edge(half, *edge_radius, edge / 4, [sign(edge & 1 != 0), sign(edge & 2 != 0)])
+                Self::box_edge(&Vector3::new(a, b, c), d, edge / 4, [sign(edge & 1 != 0), sign(edge & 2 != 0)])
             }
-            Kind::Box { half, .. } => {
+            _ => {
                 let axis = number.wrapping_sub(1) % 3;
-                let [thickness, along, across] = [0, 1, 2].map(|k| component(half, axis + k));
+                let half = Vector3::new(a, b, c);
+                let [thickness, along, across] = [0, 1, 2].map(|k| component(&half, axis + k));
                 Self { half: [along, across], thickness, ..Self::flat(axis, sign(number > 3), thickness) }
             }
         }
@@ -281,26 +289,22 @@ pub(super) struct Chosen<R> {
 }
 
 impl<R: Elementary> Chosen<R> {
-    pub fn face(&self, kind: &Kind<R>) -> Face<R> {
-        Face::of(kind, self.number, &self.apex)
+    pub fn face(&self, shape: &Shape<R>) -> Face<R> {
+        Face::of(shape, self.number, &self.apex)
     }
 }
 
 /// Number of faces of a shape without edges.
-fn faces<R>(kind: &Kind<R>) -> u8 {
+fn faces(kind: u32) -> u8 {
     match kind {
-        Kind::Box { .. } => 6,
-        Kind::Capsule { .. } | Kind::Cylinder { .. } => 3,
+        BOX => 6,
+        CAPSULE | CYLINDER => 3,
         _ => 1,
     }
 }
 
-fn is_round<R>(kind: &Kind<R>, number: u8) -> bool {
-    match kind {
-        Kind::Ellipsoid { .. } | Kind::Capsule { .. } => true,
-        Kind::Cylinder { .. } => number == 1,
-        _ => false,
-    }
+fn is_round(kind: u32, number: u8) -> bool {
+    matches!(kind, ELLIPSOID | CAPSULE) || (kind == CYLINDER && number == 1)
 }
 
 /// Finds the apex of a round face: the point of it under which the finger touches first. It lies on the line from the face's centre of
@@ -308,12 +312,12 @@ fn is_round<R>(kind: &Kind<R>, number: u8) -> bool {
 ///
 /// * `touch`: the point of the finger that touches first in a pose (pitch and roll against level, rad), along its level axes
 fn find_apex<R: Elementary>(
-    kind: &Kind<R>,
+    shape: &Shape<R>,
     number: u8,
     site: &Site<R>,
     touch: &impl Fn([R; 2]) -> Vector3<R>,
 ) -> Option<Vector3<R>> {
-    let is_side = number == 1 && matches!(kind, Kind::Capsule { .. } | Kind::Cylinder { .. });
+    let is_side = number == 1 && matches!(shape.kind, CAPSULE | CYLINDER);
     let across = |v: &Vector3<R>| if is_side { Vector3::new(v.x, v.y, R::of(0.0)) } else { *v };
     let one = R::of(1.0);
     let settled = R::of(SETTLED[usize::from(one + R::of(SETTLED[0]) == one)]);
@@ -321,7 +325,7 @@ fn find_apex<R: Elementary>(
     let mut touched = Vector3::zeros();
     let mut middle = Vector3::zeros();
     for _ in 0..ROUNDS {
-        let face = Face::of(kind, number, &apex);
+        let face = Face::of(shape, number, &apex);
         let stand = face.stand(site);
         middle = face.middle;
         touched = site.at + site.axes * touch([stand.pitch, stand.roll]) - middle;
@@ -333,32 +337,37 @@ fn find_apex<R: Elementary>(
         }
     }
     // Beyond the end of a capsule's side its cap is touched, and the other way round.
-    let is_there = match kind {
-        Kind::Capsule { half_length, .. } if is_side => touched.z.magnitude() <= *half_length,
-        Kind::Capsule { .. } => !(touched.z * middle.z < R::of(0.0)),
+    let [_, half_length, ..] = shape.sizes;
+    let is_there = match shape.kind {
+        CAPSULE if is_side => touched.z.magnitude() <= half_length,
+        CAPSULE => !(touched.z * middle.z < R::of(0.0)),
         _ => true,
     };
     is_there.then_some(apex)
 }
 
 /// Sum of the magnitudes of the components.
-fn sum_of_magnitudes<R: Scalar>(v: &Vector3<R>) -> R {
+pub(super) fn sum_of_magnitudes<R: Scalar>(v: &Vector3<R>) -> R {
     v.x.magnitude() + v.y.magnitude() + v.z.magnitude()
 }
 
 /// The edge of a box to which a finger comes next: the centre of its surface lies beyond two of the box's faces.
-fn choose_edge<R: Elementary>(kind: &Kind<R>, site: &Site<R>, touch: Vector3<R>) -> Option<Chosen<R>> {
-    let Kind::Box { half, edge_radius } = kind else { return None };
+fn choose_edge<R: Elementary>(shape: &Shape<R>, site: &Site<R>, touch: Vector3<R>) -> Option<Chosen<R>> {
+    if shape.kind != BOX {
+        return None;
+    }
+    let [along, across, up, edge_radius] = shape.sizes;
+    let half = Vector3::new(along, across, up);
     let normal = Vector3::from(site.axes.column(2));
     let from = site.at + site.axes * touch + normal * R::of(FINGER_RADIUS_MM);
-    let is_beyond = |axis| component(&from, axis).magnitude() > component(half, axis);
+    let is_beyond = |axis| component(&from, axis).magnitude() > component(&half, axis);
     let mut within = (0..3).filter(|axis| !is_beyond(*axis));
     let (Some(axis), None) = (within.next(), within.next()) else { return None };
     let far = |axis| u8::from(component(&from, axis) < R::of(0.0));
     let number = FIRST_EDGE + 4 * axis + far(axis + 1) + 2 * far(axis + 2);
     let chosen = Chosen { number, apex: Vector3::zeros() };
-    let face = chosen.face(kind);
-    let stands = *edge_radius <= face.thickness
+    let face = chosen.face(shape);
+    let stands = edge_radius <= face.thickness
         && normal.dot(&face.normal) >= R::of(FACING_EDGE)
         && face.is_below(site, face.thickness);
     stands.then_some(chosen)
@@ -370,14 +379,14 @@ fn choose_edge<R: Elementary>(kind: &Kind<R>, site: &Site<R>, touch: Vector3<R>)
 /// * `touch`: as in [`find_apex`]
 /// * `has_edges`: whether the finger's model can touch edges
 pub(super) fn choose<R: Elementary>(
-    kind: &Kind<R>,
+    shape: &Shape<R>,
     site: &Site<R>,
     old: Option<(Chosen<R>, bool)>,
     touch: &impl Fn([R; 2]) -> Vector3<R>,
     has_edges: bool,
 ) -> Option<Chosen<R>> {
     if let Some((chosen, touches)) = old {
-        let face = chosen.face(kind);
+        let face = chosen.face(shape);
         // Depth is compression of the finger: one that touches may sink in deeper than the body is thick. One that was above the face may
         // pass a little in one step. Any other must be in front of the body's middle, behind which it stands with its back to the body.
         let hover = R::of(HOVER_MM);
@@ -386,10 +395,11 @@ pub(super) fn choose<R: Elementary>(
             return Some(chosen);
         }
     }
-    let size = match kind {
-        Kind::Plane | Kind::Edge { .. } | Kind::Box { .. } => None,
-        Kind::Ellipsoid { axes } => Some(sum_of_magnitudes(axes)),
-        Kind::Capsule { radius, half_length } | Kind::Cylinder { radius, half_length } => Some(*radius + *half_length),
+    let [a, b, c, _] = shape.sizes;
+    let size = match shape.kind {
+        ELLIPSOID => Some(a + b + c),
+        CAPSULE | CYLINDER => Some(a + b),
+        _ => None,
     };
     if let Some(size) = size {
         let near = size + R::of(NEAR_MM);
@@ -397,20 +407,20 @@ pub(super) fn choose<R: Elementary>(
             return None;
         }
     }
-    if has_edges && let Some(edge) = choose_edge(kind, site, touch([R::of(0.0); 2])) {
+    if has_edges && let Some(edge) = choose_edge(shape, site, touch([R::of(0.0); 2])) {
         return Some(edge);
     }
     let mut best = None;
     let mut most = R::of(0.0);
-    for number in 1..=faces(kind) {
-        let apex = if is_round(kind, number) {
-            let Some(apex) = find_apex(kind, number, site, touch) else { continue };
+    for number in 1..=faces(shape.kind) {
+        let apex = if is_round(shape.kind, number) {
+            let Some(apex) = find_apex(shape, number, site, touch) else { continue };
             apex
         } else {
             Vector3::zeros()
         };
         let chosen = Chosen { number, apex };
-        let face = chosen.face(kind);
+        let face = chosen.face(shape);
         let facing = site.axes.column(2).dot(&face.normal);
         if facing > most && face.is_below(site, face.thickness) {
             (best, most) = (Some(chosen), facing);

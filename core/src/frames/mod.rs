@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use crate::math::{Elementary, Scalar};
 use crate::{Error, Motion, Regime, Response, Status};
 
-use face::{Chosen, Face, Site, Stand, choose};
+use face::{Chosen, Face, LAST_FACE, Site, Stand, choose, sum_of_magnitudes};
 pub use finger::{Finger, Held, RoundBed};
 pub use shape::Shape;
 
@@ -34,20 +34,24 @@ const BEGINS_MM: f32 = 1.0;
 const TOLERATED_MM: f32 = 0.01;
 /// Largest difference of a quaternion's square from 1.
 const UNIT: f32 = 1e-3;
-/// Largest magnitude of a place, mm.
+/// Largest sum of the magnitudes of a place's coordinates, mm.
 const FARTHEST_MM: f32 = 1e9;
 
 /// What a finger remembers of its contact with one body: the state `S` of its model, and poses of precision `R`.
 ///
-/// Plain data: a copy restores an earlier state. It belongs to one finger and one body.
+/// Plain data: a copy restores an earlier state. It belongs to one finger and one body. Memory that was overwritten is found out where it
+/// holds what no step leaves there; the contact then begins anew, flagged as [`Status::MEMORY_LOST`].
+// Numbers throughout, so that any bits are one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct FrameContact<S, R = f64> {
     shape: Shape<R>,
-    state: S,
-    /// The finger in the body's frame at the last step.
-    site: Option<Site<R>>,
-    /// The face of the last step.
-    chosen: Option<Chosen<R>>,
+    /// The finger in the body's frame at the last step, if there was one.
+    site: Site<R>,
+    was_placed: u32,
+    /// Number of the face of the last step, 0 for none, and the normal at the apex of a round one.
+    face: u32,
+    apex: Vector3<R>,
     /// Place of the apex along the plane's axes from the foot; of a plane the place of the foot on it, mm.
     place: [R; 2],
     /// Cosine and sine of the angle of the finger within the face.
@@ -58,6 +62,7 @@ pub struct FrameContact<S, R = f64> {
     rest: [R; 3],
     /// How much lower the surface counts, because the contact began inside the body, mm.
     lower: R,
+    state: S,
 }
 
 /// Force and moment about the origin of a frame, along its axes.
@@ -98,21 +103,53 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
     /// # Errors
     /// [`Error::Curved`] if the finger's model touches flat faces alone; [`Error::Shape`] if `S` has too little room for the model.
     pub fn new<F: Finger<S>>(finger: &F, shape: Shape<R>) -> Result<Self, Error> {
-        let zero = R::of(0.0);
         if !F::TOUCHES_CURVED && !shape.is_flat() {
             return Err(Error::Curved);
         }
-        Ok(Self {
+        Ok(Self::of(shape, finger.fresh()?))
+    }
+
+    fn of(shape: Shape<R>, state: S) -> Self {
+        let zero = R::of(0.0);
+        Self {
             shape,
-            state: finger.fresh()?,
-            site: None,
-            chosen: None,
+            site: Site { at: Vector3::zeros(), axes: Matrix3::identity() },
+            was_placed: 0,
+            face: 0,
+            apex: Vector3::zeros(),
             place: [zero; 2],
             direction: [R::of(1.0), zero],
             start: zero,
             rest: [zero; 3],
             lower: zero,
-        })
+            state,
+        }
+    }
+
+    /// Ends the contact, and has the body count as another shape from the next step on: for a body that is known by its shape near the
+    /// finger alone, such as a mesh. Place of the finger and strength factor are kept.
+    ///
+    /// * `moved`: pose of the new shape's frame in that of the old one, mm
+    ///
+    /// A curved shape (see [`Shape::is_flat`]) for a model that touches flat faces alone has no contact, flagged as [`Status::MEMORY_LOST`].
+    pub fn reshape(&mut self, shape: Shape<R>, moved: &Isometry3<R>) {
+        self.shape = shape;
+        self.face = 0;
+        match site_of(moved, &Matrix3::identity()) {
+            // The old frame in the new one.
+            Some(Site { at, axes }) => {
+                self.site = Site { at: at + axes * self.site.at, axes: axes * self.site.axes };
+            }
+            None => self.was_placed = 0,
+        }
+    }
+
+    /// Whether the numbers are such that a step may have left them: those that no step replaces without a flag.
+    fn is_sound(&self) -> bool {
+        let [x, y, turn] = self.rest;
+        // One that is not finite leaves no difference of 0.
+        let sum = self.apex.x + self.start + self.lower + x + y + turn;
+        sum - sum == R::of(0.0) && self.face <= LAST_FACE
     }
 
     /// The state of the finger's model.
@@ -133,25 +170,41 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
     /// A pose that is not finite, or whose quaternion is not of unit length, is flagged as [`Status::BAD_INPUT`] and not taken: the body
     /// stays where it was.
     pub fn step<F: Finger<S>>(&mut self, finger: &F, body: &Isometry3<R>, dt_s: F::Scalar) -> FrameResponse<F::Scalar> {
+        let mut status = Status::OK;
+        if !self.is_sound() {
+            self.forget(finger);
+            status = Status::MEMORY_LOST;
+        }
+        if !(self.shape.is_sound() && (F::TOUCHES_CURVED || self.shape.is_flat())) {
+            return FrameResponse { response: only(Status::MEMORY_LOST), ..FrameResponse::default() };
+        }
         let level = level_axes(finger.neutral_deg().map(R::near));
-        let (site, status) = match (site_of(body, &level), self.site) {
-            (Some(site), _) => (site, Status::OK),
-            (None, Some(site)) => (site, Status::BAD_INPUT),
-            (None, None) => return FrameResponse { response: only(Status::BAD_INPUT), ..FrameResponse::default() },
+        let was_placed = self.was_placed != 0;
+        let site = match site_of(body, &level) {
+            Some(site) => site,
+            None => {
+                status = status.with(Status::BAD_INPUT);
+                if !(was_placed && self.site.is_finite()) {
+                    return FrameResponse { response: only(status), ..FrameResponse::default() };
+                }
+                self.site
+            }
         };
-        let before = self.site.replace(site);
+        self.was_placed = 1;
         let touch = |tilt: [R; 2]| wide(&finger.hold(tilt.map(Scalar::near)).touch);
-        let old = self.chosen.map(|chosen| (chosen, finger.in_contact(&self.state)));
-        let Some(chosen) = choose(&self.shape.0, &site, old, &touch, F::TOUCHES_CURVED) else {
+        let old = self.chosen().map(|chosen| (chosen, finger.in_contact(&self.state)));
+        let Some(chosen) = choose(&self.shape, &site, old, &touch, F::TOUCHES_CURVED) else {
             self.leave(finger);
+            self.site = site;
             return FrameResponse { response: only(status), ..FrameResponse::default() };
         };
-        let face = chosen.face(&self.shape.0);
+        let face = chosen.face(&self.shape);
         let stand = face.stand(&site);
         let slip = self.motion(finger, chosen, &face, &stand);
         let tilt = [stand.pitch, stand.roll].map(Scalar::near);
         let held = finger.hold(tilt);
-        let depth = self.depth(finger, &face, &stand, &held, before.as_ref(), &site);
+        let depth = self.depth(finger, &face, &stand, &held, was_placed, &site);
+        self.site = site;
         let mut single = [F::Scalar::of(0.0); 3];
         for ((single, rest), slip) in single.iter_mut().zip(&mut self.rest).zip(slip) {
             let whole = slip + *rest;
@@ -199,10 +252,23 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         }
     }
 
+    /// Begins anew with the same shape and strength factor.
+    #[cold]
+    #[inline(never)]
+    fn forget<F: Finger<S>>(&mut self, finger: &F) {
+        finger.restart(&mut self.state);
+        *self = Self::of(self.shape, self.state.clone());
+    }
+
+    /// The face of the last step.
+    fn chosen(&self) -> Option<Chosen<R>> {
+        (self.face != 0).then_some(Chosen { number: self.face as u8, apex: self.apex })
+    }
+
     /// Ends the contact; the place of the body and the strength factor are kept.
     fn leave<F: Finger<S>>(&mut self, finger: &F) {
         finger.restart(&mut self.state);
-        self.chosen = None;
+        self.face = 0;
         self.lower = R::of(0.0);
     }
 
@@ -210,9 +276,9 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
     fn motion<F: Finger<S>>(&mut self, finger: &F, chosen: Chosen<R>, face: &Face<R>, stand: &Stand<R>) -> [R; 3] {
         let zero = R::of(0.0);
         let [cos, sin] = stand.direction;
-        if self.chosen != Some(chosen) {
+        if self.chosen() != Some(chosen) {
             self.leave(finger);
-            self.chosen = Some(chosen);
+            (self.face, self.apex) = (chosen.number.into(), chosen.apex);
             self.rest = [zero; 3];
             self.start = if face.is_long() { stand.foot[0] } else { zero };
             // A round body begins with its apex below the finger and its axes along the plane's; the first motion brings it to where it is.
@@ -244,7 +310,7 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         face: &Face<R>,
         stand: &Stand<R>,
         held: &Held<F::Scalar>,
-        before: Option<&Site<R>>,
+        was_placed: bool,
         site: &Site<R>,
     ) -> R {
         let normal = site.axes.tr_mul(&stand.axes[2]);
@@ -253,12 +319,11 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         let depth = R::near(lowest) - stand.height;
         if !finger.in_contact(&self.state) && depth > R::of(0.0) {
             let touch = wide(&held.touch);
-            let most = match before {
-                None => R::near(finger.depth_max_mm()),
-                Some(before) => {
-                    let [then, now] = [before, site].map(|site| face.depth_of(&(site.at + site.axes * touch)));
-                    (now - then).not_negative().at_most(R::of(BEGINS_MM))
-                }
+            let most = if was_placed {
+                let [then, now] = [&self.site, site].map(|site| face.depth_of(&(site.at + site.axes * touch)));
+                (now - then).not_negative().at_most(R::of(BEGINS_MM))
+            } else {
+                R::near(finger.depth_max_mm())
             };
             let beyond = depth - most;
             self.lower = if beyond > R::of(TOLERATED_MM) { beyond } else { R::of(0.0) };
@@ -291,7 +356,7 @@ fn site_of<R: Elementary>(body: &Isometry3<R>, level: &Matrix3<R>) -> Option<Sit
     let place = body.translation.vector;
     let square = i * i + j * j + k * k + w * w;
     let is_unit = (square - R::of(1.0)).magnitude() <= R::of(UNIT);
-    if !is_unit || !place.iter().all(|x| x.magnitude() <= R::of(FARTHEST_MM)) {
+    if !is_unit || !(sum_of_magnitudes(&place) <= R::of(FARTHEST_MM)) {
         return None;
     }
     let twice = R::of(2.0) / square;

@@ -2,8 +2,6 @@
 //!
 //! Main type: [`Shape`]. Uses error and math.
 
-use nalgebra::Vector3;
-
 use crate::Error;
 use crate::error::Field;
 use crate::math::Elementary;
@@ -16,23 +14,33 @@ const ANGLE_DEG: [f32; 2] = [1.0, 179.0];
 /// The shape of a rigid body in the body's own frame. `R` is the precision of poses.
 ///
 /// The frames are those that simulators use: the origin in the middle, the axis of a cylinder and a capsule along z.
+// Numbers throughout, so that any bits are a shape or are found out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape<R = f64>(pub(super) Kind<R>);
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind<R> {
-    Plane,
-    Ellipsoid { axes: Vector3<R> },
-    Capsule { radius: R, half_length: R },
-    Cylinder { radius: R, half_length: R },
-    Edge { radius: R, angle_deg: R },
-    Box { half: Vector3<R>, edge_radius: R },
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
+pub struct Shape<R = f64> {
+    pub(super) kind: u32,
+    room: u32,
+    pub(super) sizes: [R; 4],
 }
+
+// Values of `kind`, and what the sizes are.
+/// None; they are ones.
+pub(super) const PLANE: u32 = 0;
+/// Semi-axes.
+pub(super) const ELLIPSOID: u32 = 1;
+/// Radius and half the length.
+pub(super) const CAPSULE: u32 = 2;
+pub(super) const CYLINDER: u32 = 3;
+/// Radius, mm, and the angle between the faces, degrees.
+pub(super) const EDGE: u32 = 4;
+/// Half the extents, and the radius of the edges.
+pub(super) const BOX: u32 = 5;
 
 impl<R: Elementary> Shape<R> {
     /// The plane z = 0; the body is below it.
     pub fn plane() -> Self {
-        Self(Kind::Plane)
+        Self { kind: PLANE, room: 0, sizes: [R::of(1.0); 4] }
     }
 
     /// A sphere about the origin.
@@ -50,8 +58,8 @@ impl<R: Elementary> Shape<R> {
     /// # Errors
     /// [`Error::Range`] as above.
     pub fn ellipsoid(semi_axes_mm: [R; 3]) -> Result<Self, Error> {
-        checked(&semi_axes_mm)?;
-        Ok(Self(Kind::Ellipsoid { axes: semi_axes_mm.into() }))
+        let [a, b, c] = semi_axes_mm;
+        Self::checked(ELLIPSOID, [a, b, c, R::of(0.0)], 3)
     }
 
     /// A cylinder about z with two round ends.
@@ -61,8 +69,7 @@ impl<R: Elementary> Shape<R> {
     /// # Errors
     /// [`Error::Range`] as above.
     pub fn capsule(radius_mm: R, half_length_mm: R) -> Result<Self, Error> {
-        checked(&[radius_mm, half_length_mm])?;
-        Ok(Self(Kind::Capsule { radius: radius_mm, half_length: half_length_mm }))
+        Self::checked(CAPSULE, [radius_mm, half_length_mm, R::of(0.0), R::of(0.0)], 2)
     }
 
     /// A cylinder about z with two flat ends, with no model of their rims.
@@ -70,8 +77,7 @@ impl<R: Elementary> Shape<R> {
     /// # Errors
     /// [`Error::Range`] as above.
     pub fn cylinder(radius_mm: R, half_length_mm: R) -> Result<Self, Error> {
-        checked(&[radius_mm, half_length_mm])?;
-        Ok(Self(Kind::Cylinder { radius: radius_mm, half_length: half_length_mm }))
+        Self::checked(CYLINDER, [radius_mm, half_length_mm, R::of(0.0), R::of(0.0)], 2)
     }
 
     /// Two plane faces that meet in a rounded edge along x. The origin lies on the rounding, and z points out of the body between the faces.
@@ -81,11 +87,10 @@ impl<R: Elementary> Shape<R> {
     /// # Errors
     /// [`Error::Range`] as above.
     pub fn edge(radius_mm: R, angle_deg: R) -> Result<Self, Error> {
-        checked(&[radius_mm])?;
         if !angle_deg.is_between(ANGLE_DEG[0], ANGLE_DEG[1]) {
             return Err(Error::Range { what: Field::FaceAngle, index: 0, value: angle_deg.to_f32() });
         }
-        Ok(Self(Kind::Edge { radius: radius_mm, angle_deg }))
+        Self::checked(EDGE, [radius_mm, angle_deg, R::of(0.0), R::of(0.0)], 1)
     }
 
     /// A box about the origin, with six faces and twelve rounded edges; it has no model of corners. A bed touches its faces alone.
@@ -95,23 +100,27 @@ impl<R: Elementary> Shape<R> {
     /// # Errors
     /// [`Error::Range`] as above.
     pub fn cuboid(half_mm: [R; 3], edge_radius_mm: R) -> Result<Self, Error> {
-        checked(&half_mm)?;
-        checked(&[edge_radius_mm])?;
-        Ok(Self(Kind::Box { half: half_mm.into(), edge_radius: edge_radius_mm }))
+        let [along, across, up] = half_mm;
+        Self::checked(BOX, [along, across, up, edge_radius_mm], 4)
     }
 
     /// Whether all its faces are flat, so that a bed can touch it.
     pub fn is_flat(&self) -> bool {
-        matches!(self.0, Kind::Plane | Kind::Box { .. })
+        matches!(self.kind, PLANE | BOX)
     }
-}
 
-/// Refuses a size outside the range.
-fn checked<R: Elementary>(sizes_mm: &[R]) -> Result<(), Error> {
-    for (index, size) in sizes_mm.iter().enumerate() {
-        if !size.is_between(SIZE_MM[0], SIZE_MM[1]) {
-            return Err(Error::Range { what: Field::Radius, index: index as u16, value: size.to_f32() });
+    fn checked(kind: u32, sizes: [R; 4], lengths: usize) -> Result<Self, Error> {
+        for (index, size) in sizes.iter().take(lengths).enumerate() {
+            if !size.is_between(SIZE_MM[0], SIZE_MM[1]) {
+                return Err(Error::Range { what: Field::Radius, index: index as u16, value: size.to_f32() });
+            }
         }
+        Ok(Self { kind, room: 0, sizes })
     }
-    Ok(())
+
+    /// Whether the numbers are such as a constructor leaves there.
+    pub(super) fn is_sound(&self) -> bool {
+        let [a, ..] = self.sizes;
+        self.kind <= BOX && a >= R::of(SIZE_MM[0])
+    }
 }

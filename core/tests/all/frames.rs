@@ -360,6 +360,42 @@ fn a_contact_begins_near_the_surface() {
     }
 }
 
+/// A body that is known near the finger alone: its shape changes in the air, in frames of its own, and the rule of how a contact begins holds.
+#[test]
+fn a_shape_that_changes_in_the_air_is_touched_as_any() {
+    let file = file();
+    let pad = file.file().pad;
+    let ball = Shape::sphere(10.0).unwrap();
+    // The frame of the ball in that of the body, and back.
+    let moved = Isometry3::new(Vector3::new(3.0, -2.0, -14.0), Vector3::new(0.4, 0.2, -0.3));
+    let body_at = |depth: f64| {
+        let apex = apex_pose(&pad, [0.0, 0.0, depth, 0.0, NEUTRAL_DEG, 0.0]);
+        apex * Translation3::new(0.0, 0.0, -10.0) * moved.inverse()
+    };
+    let mut known = FrameContact::<PadState<P>>::new(&pad, ball).unwrap();
+    let mut found = FrameContact::<PadState<P>>::new(&pad, Shape::cylinder(3.0, 5.0).unwrap()).unwrap();
+    let mut frame = Isometry3::identity();
+    for (k, depth) in [-5.0, -0.4, -0.1, 0.1, 0.3, 0.7, 1.0, 0.4, -0.2, -3.0, 2.5, 2.7].into_iter().enumerate() {
+        if k == 1 || depth == 2.5 {
+            found.reshape(ball, &(frame.inverse() * moved));
+            frame = moved;
+        }
+        let body = body_at(depth);
+        let (one, other) = (known.step(&pad, &(body * moved), 1e-3), found.step(&pad, &(body * frame), 1e-3));
+        if k == 0 {
+            continue;
+        }
+        assert!((one.depth_mm - other.depth_mm).abs() < 1e-5, "{depth}: {one:?} {other:?}");
+        assert_eq!(
+            one.response.status.contains(Status::BEGAN_INSIDE),
+            other.response.status.contains(Status::BEGAN_INSIDE)
+        );
+        assert_eq!(other.response.status.contains(Status::BEGAN_INSIDE), depth >= 2.5, "{depth}");
+        let apart = |a: [f32; 3], b: [f32; 3]| (Vector3::from(a) - Vector3::from(b)).norm();
+        assert!(apart(one.on_finger.force_n, other.on_finger.force_n) < 1e-4, "{depth}: {one:?} {other:?}");
+    }
+}
+
 /// A blow of 3 mm in one step begins 1 mm deep; a first step takes the pose as it is.
 #[test]
 fn a_fast_finger_begins_a_millimetre_deep() {

@@ -2,6 +2,7 @@
 #![no_std]
 #![no_main]
 
+use core::f32::consts::FRAC_PI_6;
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
@@ -132,7 +133,7 @@ fn frames(name: &str, shape: Shape<f32>, under_mm: f32) -> Result<(), Error> {
     let contact = FrameContact::new(&finger, shape)?;
     let poses: [Isometry3<f32>; 64] = core::array::from_fn(|k| {
         let by = 0.01 * k as f32;
-        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.05 * by, -0.5236 + 0.1 * by, 0.2 * by));
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.05 * by, 0.1 * by - FRAC_PI_6, 0.2 * by));
         Isometry3::from_parts(Translation3::from(turn * Vector3::new(by, 0.3 * by, 1.0 - under_mm)), turn)
     });
     let mut bench = Frames { finger, contact, felt: FrameResponse::default(), poses };
