@@ -63,7 +63,7 @@ pub(super) struct Site<R> {
 impl<R: Elementary> Site<R> {
     pub fn is_finite(&self) -> bool {
         let sum = self.at.iter().chain(self.axes.iter()).fold(R::of(0.0), |sum, x| sum + *x);
-        sum - sum == R::of(0.0)
+        sum * R::of(0.0) == R::of(0.0)
     }
 }
 

@@ -147,9 +147,9 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
     /// Whether the numbers are such that a step may have left them: those that no step replaces without a flag.
     fn is_sound(&self) -> bool {
         let [x, y, turn] = self.rest;
-        // One that is not finite leaves no difference of 0.
+        // One that is not finite gives NaN.
         let sum = self.apex.x + self.start + self.lower + x + y + turn;
-        sum - sum == R::of(0.0) && self.face <= LAST_FACE
+        sum * R::of(0.0) == R::of(0.0) && self.face <= LAST_FACE
     }
 
     /// The state of the finger's model.
