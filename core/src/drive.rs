@@ -2,8 +2,10 @@
 //!
 //! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
-use crate::step::step;
-use crate::{ModelOf, Motion, Response, StateOf, Status};
+use core::cell::OnceCell;
+
+use crate::model::Drivable;
+use crate::{Gradient, ModelOf, Motion, Response, StateOf, Status};
 
 /// Prescribed quantity along the plane's normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,17 +55,11 @@ pub struct Driven {
     pub motion: Motion,
 }
 
-/// Tolerance of the force in a driven step, share of the target.
-const CONTENT: f32 = 4e-6;
 const ROUNDS: usize = 12;
 /// Targets are limited to this force, which is out of reach, so that their squares are finite.
 const LARGEST_N: f32 = 1e6;
 /// Number of successive rounds without halving of the error after which the force counts as out of reach.
 const STALE: u32 = 5;
-/// Error of the force below which Newton's method changes depth and slide together. At larger errors, where full slip may intervene,
-/// separate changes converge more often.
-const NEAR: f32 = 0.1;
-
 /// The search for a normal force. Its variable is the normal force without shear, over which the normal force is almost linear.
 struct Search {
     /// Bounds of the force without shear: one too small, one too large.
@@ -101,123 +97,128 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     /// Mostly two or three rounds; 2200 to 6400 instructions when driven by normal force, more when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
     pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
-        let mut motion = Motion {
-            depth_mm: state.depth_mm(),
-            slide_increment_mm: [0.0; 2],
-            spin_increment_rad: drive.spin_increment_rad,
-            dt_s: drive.dt_s,
-        };
-        let (mut want_normal, mut want_friction) = (None, None);
-        let mut bad = Status::OK;
-        match drive.normal {
-            Normal::DepthMm(depth) => motion.depth_mm = depth,
-            Normal::ForceN(force) if force.is_nan() => bad = Status::BAD_INPUT,
-            Normal::ForceN(force) if force <= 0.0 => motion.depth_mm = motion.depth_mm.min(0.0),
-            Normal::ForceN(force) => {
-                if !state.in_contact() {
-                    motion.depth_mm = self.depth_for_normal(force);
-                }
-                want_normal = Some(force.min(LARGEST_N));
-            }
-        }
-        match drive.tangential {
-            Tangential::SlideIncrementMm(slide) => motion.slide_increment_mm = slide,
-            Tangential::FrictionN([x, y]) if x.is_finite() && y.is_finite() => {
-                want_friction = Some([x, y].map(|f| f.clamp(-LARGEST_N, LARGEST_N)));
-            }
-            Tangential::FrictionN(_) => bad = Status::BAD_INPUT,
-        }
+        driven(self, state, drive)
+    }
+}
 
-        let mut search = Search { ends: [0.0, f32::INFINITY], last: [f32::NAN; 2] };
-        let mut best = (f32::INFINITY, *state, Response::default(), motion);
-        let mut stale = 0;
-        for _ in 0..ROUNDS {
-            let mut trial = *state;
-            let mut response = step(self, &mut trial, motion);
-            let mut error = 0.0f32;
-            let mut lack = [0.0f32; 3];
-            if let Some(target) = want_normal {
-                lack[0] = target - response.normal_force_n;
-                error = lack[0].abs() / target.max(1e-6);
+/// [`Drivable::step_driven`].
+pub(crate) fn driven<S: Clone, F: Drivable<S>>(finger: &F, state: &mut S, drive: Drive) -> Driven {
+    let mut motion = Motion {
+        depth_mm: finger.depth_mm(state),
+        slide_increment_mm: [0.0; 2],
+        spin_increment_rad: drive.spin_increment_rad,
+        dt_s: drive.dt_s,
+    };
+    // Not needed where no motion suffices.
+    let scale = OnceCell::new();
+    let scale = || scale.get_or_init(|| finger.scale(state));
+    let (mut want_normal, mut want_friction) = (None, None);
+    let mut bad = Status::OK;
+    match drive.normal {
+        Normal::DepthMm(depth) => motion.depth_mm = depth,
+        Normal::ForceN(force) if force.is_nan() => bad = Status::BAD_INPUT,
+        Normal::ForceN(force) if force <= 0.0 => motion.depth_mm = motion.depth_mm.min(0.0),
+        Normal::ForceN(force) => {
+            if !finger.in_contact(state) {
+                motion.depth_mm = finger.depth_for_normal(scale(), force);
             }
-            if let (Some([x, y]), true) = (want_friction, motion.depth_mm > 0.0) {
-                lack[1] = x - response.friction_n[0];
-                lack[2] = y - response.friction_n[1];
-                error = error.max(lack[1].abs().max(lack[2].abs()) / response.friction_limit_n);
-            }
-            let halves = error < 0.5 * best.0;
-            stale = if halves { 0 } else { stale + 1 };
-            if error <= CONTENT {
-                *state = trial;
-                response.status = response.status.with(bad);
-                return Driven { response, motion };
-            }
-            if error < best.0 {
-                best = (error, trial, response, motion);
-            }
-            if stale > STALE {
-                break;
-            }
-            let mut deeper = 0.0;
-            if want_normal.is_some() && motion.depth_mm > 0.0 {
-                let plain = self.normal_at(motion.depth_mm);
-                let next = if want_friction.is_some() { plain + lack[0] } else { search.next(plain, lack[0]) };
-                deeper = self.depth_for_normal(next.max(0.1 * plain)) - motion.depth_mm;
-            }
-            if want_friction.is_some() && motion.depth_mm > 0.0 {
-                let together = want_normal.is_some() && halves && error < NEAR;
-                let (further, slide) = self.way_for(&trial, motion.slide_increment_mm, lack, deeper, together);
-                deeper = further;
-                // At most one slip length per round.
-                let longest = response.friction_limit_n / self.stiffness_at(trial.depth_mm());
-                for (slide, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
-                    *slide += more.max(-longest).min(longest);
-                }
-            } else if deeper == 0.0 {
-                break;
-            }
-            motion.depth_mm += deeper;
+            want_normal = Some(force.min(LARGEST_N));
         }
-        let (error, found, mut response, motion) = best;
-        *state = found;
-        if error > 1e-3 {
-            bad = bad.with(Status::LOAD_NOT_REACHED);
+    }
+    match drive.tangential {
+        Tangential::SlideIncrementMm(slide) => motion.slide_increment_mm = slide,
+        Tangential::FrictionN([x, y]) if x.is_finite() && y.is_finite() => {
+            want_friction = Some([x, y].map(|f| f.clamp(-LARGEST_N, LARGEST_N)));
         }
-        response.status = response.status.with(bad);
-        Driven { response, motion }
+        Tangential::FrictionN(_) => bad = Status::BAD_INPUT,
     }
 
-    /// Change of depth and slide that changes the forces (normal, x, y) by `lack`: Newton's step if `together`, else with the depth as given.
-    /// The gradient is that of a motion in the direction of the last one, `went`, mm, also where the step shortens that motion.
-    fn way_for<const P: usize>(
-        &self,
-        state: &StateOf<M, P>,
-        went: [f32; 2],
-        lack: [f32; 3],
-        deeper: f32,
-        together: bool,
-    ) -> (f32, [f32; 2]) {
-        let sign = if went[0] * lack[1] + went[1] * lack[2] < 0.0 { -1.0 } else { 1.0 };
-        let g = self.gradient(state, [deeper, sign * lack[1], sign * lack[2]]);
-        let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
-        let stiffness = self.stiffness_at(state.depth_mm());
-        let det = a * d - b * c;
-        // A contact in full slip has no stiffness; its stiffness in stick then gives the direction.
-        if !(det > 1e-3 * stiffness * stiffness) {
-            return (deeper, [4.0 * lack[1] / stiffness, 4.0 * lack[2] / stiffness]);
+    let mut search = Search { ends: [0.0, f32::INFINITY], last: [f32::NAN; 2] };
+    let mut best = (f32::INFINITY, state.clone(), Response::default(), motion);
+    let mut stale = 0;
+    for _ in 0..ROUNDS {
+        let mut trial = state.clone();
+        let mut response = finger.step(&mut trial, motion);
+        let mut error = 0.0f32;
+        let mut lack = [0.0f32; 3];
+        if let Some(target) = want_normal {
+            lack[0] = target - response.normal_force_n;
+            error = lack[0].abs() / target.max(1e-6);
         }
-        let slide = |x: f32, y: f32| [(d * x - b * y) / det, (a * y - c * x) / det];
-        let alone = slide(lack[1], lack[2]);
-        if !together {
-            return (deeper, alone);
+        if let (Some([x, y]), true) = (want_friction, motion.depth_mm > 0.0) {
+            lack[1] = x - response.friction_n[0];
+            lack[2] = y - response.friction_n[1];
+            error = error.max(lack[1].abs().max(lack[2].abs()) / response.friction_limit_n);
         }
-        // Change of depth while the slide keeps friction constant.
-        let [by_depth, by_x, by_y] = g.normal_n_mm;
-        let back = slide(x_by_depth, y_by_depth);
-        let stiffness = by_depth - by_x * back[0] - by_y * back[1];
-        let newton = (lack[0] - by_x * alone[0] - by_y * alone[1]) / stiffness;
-        let sound = stiffness > 0.2 * by_depth && (newton - deeper).abs() < 0.5 * deeper.abs() + 1e-3;
-        let deeper = if sound { newton } else { deeper };
-        (deeper, [alone[0] - back[0] * deeper, alone[1] - back[1] * deeper])
+        let halves = error < 0.5 * best.0;
+        stale = if halves { 0 } else { stale + 1 };
+        if error <= F::CONTENT {
+            *state = trial;
+            response.status = response.status.with(bad);
+            return Driven { response, motion };
+        }
+        if error < best.0 {
+            best = (error, trial.clone(), response, motion);
+        }
+        if stale > STALE {
+            break;
+        }
+        let mut deeper = 0.0;
+        if want_normal.is_some() && motion.depth_mm > 0.0 {
+            let plain = finger.normal_at(scale(), motion.depth_mm);
+            let next = if want_friction.is_some() { plain + lack[0] } else { search.next(plain, lack[0]) };
+            deeper = finger.depth_for_normal(scale(), next.max(0.1 * plain)) - motion.depth_mm;
+        }
+        if want_friction.is_some() && motion.depth_mm > 0.0 {
+            let together = want_normal.is_some() && F::together(error, halves);
+            let stiffness = finger.stiffness_at(scale(), finger.depth_mm(&trial));
+            let gradient = finger.gradient(&trial, further_on(motion.slide_increment_mm, lack, deeper));
+            let (further, slide) = way_for(&gradient, stiffness, lack, deeper, together);
+            deeper = further;
+            // At most one slip length per round.
+            let longest = response.friction_limit_n / stiffness;
+            for (slide, more) in motion.slide_increment_mm.iter_mut().zip(slide) {
+                *slide += more.max(-longest).min(longest);
+            }
+        } else if deeper == 0.0 {
+            break;
+        }
+        motion.depth_mm += deeper;
     }
+    let (error, found, mut response, motion) = best;
+    *state = found;
+    if error > 1e-3 {
+        bad = bad.with(Status::LOAD_NOT_REACHED);
+    }
+    response.status = response.status.with(bad);
+    Driven { response, motion }
+}
+
+/// The direction in which the motion goes on: that of the last one, `went`, mm, also where the step shortens that motion.
+fn further_on(went: [f32; 2], lack: [f32; 3], deeper: f32) -> [f32; 3] {
+    let sign = if went[0] * lack[1] + went[1] * lack[2] < 0.0 { -1.0 } else { 1.0 };
+    [deeper, sign * lack[1], sign * lack[2]]
+}
+
+/// Change of depth and slide that changes the forces (normal, x, y) by `lack`: Newton's step if `together`, else with the depth as given.
+fn way_for(g: &Gradient, stiffness: f32, lack: [f32; 3], deeper: f32, together: bool) -> (f32, [f32; 2]) {
+    let [[x_by_depth, a, b], [y_by_depth, c, d]] = g.friction_n_mm;
+    let det = a * d - b * c;
+    // A contact in full slip has no stiffness; its stiffness in stick then gives the direction.
+    if !(det > 1e-3 * stiffness * stiffness) {
+        return (deeper, [4.0 * lack[1] / stiffness, 4.0 * lack[2] / stiffness]);
+    }
+    let slide = |x: f32, y: f32| [(d * x - b * y) / det, (a * y - c * x) / det];
+    let alone = slide(lack[1], lack[2]);
+    if !together {
+        return (deeper, alone);
+    }
+    // Change of depth while the slide keeps friction constant.
+    let [by_depth, by_x, by_y] = g.normal_n_mm;
+    let back = slide(x_by_depth, y_by_depth);
+    let stiffness = by_depth - by_x * back[0] - by_y * back[1];
+    let newton = (lack[0] - by_x * alone[0] - by_y * alone[1]) / stiffness;
+    let sound = stiffness > 0.2 * by_depth && (newton - deeper).abs() < 0.5 * deeper.abs() + 1e-3;
+    let deeper = if sound { newton } else { deeper };
+    (deeper, [alone[0] - back[0] * deeper, alone[1] - back[1] * deeper])
 }

@@ -21,6 +21,7 @@ mod gradient;
 mod grip;
 pub mod haptics;
 mod math;
+mod model;
 mod model_file;
 #[cfg(feature = "std")]
 mod owned;
@@ -64,6 +65,7 @@ pub use error::{Error, Field};
 pub use gradient::Gradient;
 pub use grip::Grip;
 pub use math::{Elementary, Scalar};
+pub use model::{Drivable, FingerModel};
 pub use model_file::{File, FileOf};
 pub use regime::{Regime, Status};
 pub use response::{ForceResponse, Motion, Response};
