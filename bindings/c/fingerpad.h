@@ -526,22 +526,6 @@ typedef struct {
   float dt_s;
 } fingerpad_pad_motion;
 
-// Load of one patch of skin.
-typedef struct {
-  // Its middle now along x, y and z of the tangent plane, from the point about which poses turn, mm.
-  float place_mm[3];
-  // Mean pressure over its own area, MPa.
-  float pressure_mpa;
-  // Mean traction along x and y over its own area, MPa.
-  float traction_mpa[2];
-  // Area in contact, mm².
-  float contact_area_mm2;
-  // Share of that area which sticks.
-  float stick_ratio;
-  // Share of its strength that friction uses.
-  float used;
-} fingerpad_patch;
-
 // Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
 typedef struct {
   // Of the normal force.
@@ -562,6 +546,22 @@ typedef struct {
   // was none; 0 otherwise.
   uint32_t status;
 } fingerpad_grip;
+
+// Load of one patch of skin.
+typedef struct {
+  // Its middle now along x, y and z of the tangent plane, from the point about which poses turn, mm.
+  float place_mm[3];
+  // Mean pressure over its own area, MPa.
+  float pressure_mpa;
+  // Mean traction along x and y over its own area, MPa.
+  float traction_mpa[2];
+  // Area in contact, mm².
+  float contact_area_mm2;
+  // Share of that area which sticks.
+  float stick_ratio;
+  // Share of its strength that friction uses.
+  float used;
+} fingerpad_patch;
 
 // When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of looks that must
 // show it (debounce). `fingerpad_watch_settings_default` gives the usual ones.
@@ -850,6 +850,46 @@ int32_t fingerpad_pad_step(const fingerpad_pad *pad,
                            fingerpad_body body,
                            fingerpad_pad_motion motion,
                            fingerpad_response *response);
+
+// Advances a contact of a pad by one step driven by displacement or force in each direction, as `fingerpad_spin_step_driven`: a held load does
+// not creep, a force out of reach gives the nearest state and FINGERPAD_STATUS_LOAD_NOT_REACHED. A finger that touches in this step is pressed
+// first, then loaded. Takes 2 to 100 times as long as `fingerpad_pad_step`, and twice its stack and four states more.
+//
+// Returns as `fingerpad_pad_step`.
+int32_t fingerpad_pad_step_driven(const fingerpad_pad *pad,
+                                  fingerpad_pad_state *state,
+                                  fingerpad_body body,
+                                  float pitch_deg,
+                                  float roll_deg,
+                                  fingerpad_drive drive,
+                                  fingerpad_response *response,
+                                  fingerpad_motion *motion);
+
+// Writes how the forces of a pad change with a further motion from the last step, as `fingerpad_spin_state_gradient`, in the pose of that step.
+// By differences of seven steps, to about 1 %.
+//
+// Returns as `fingerpad_pad_patches`.
+int32_t fingerpad_pad_gradient(const fingerpad_pad *pad,
+                               const fingerpad_pad_state *state,
+                               fingerpad_body body,
+                               float depth_mm,
+                               float slide_x_mm,
+                               float slide_y_mm,
+                               fingerpad_gradient *gradient);
+
+// The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
+// load. Takes about 1000 steps.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP.
+int32_t fingerpad_pad_least_grip(const fingerpad_pad *pad,
+                                 fingerpad_body body,
+                                 float pitch_deg,
+                                 float roll_deg,
+                                 float load_x_n,
+                                 float load_y_n,
+                                 float margin,
+                                 float strength_factor,
+                                 fingerpad_grip *grip);
 
 // Writes the load of each patch after the last step, on the body of that step, to an array of `count` patches. The first
 // `patches` of `fingerpad_pad_info` are written. Costs as much as a round of a step, and

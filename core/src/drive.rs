@@ -2,8 +2,6 @@
 //!
 //! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
-use core::cell::OnceCell;
-
 use crate::model::Drivable;
 use crate::{Gradient, ModelOf, Motion, Response, StateOf, Status};
 
@@ -110,8 +108,7 @@ pub(crate) fn driven<S: Clone, F: Drivable<S>>(finger: &F, state: &mut S, drive:
         dt_s: drive.dt_s,
     };
     // Not needed where no motion suffices.
-    let scale = OnceCell::new();
-    let scale = || scale.get_or_init(|| finger.scale(state));
+    let mut known = None;
     let (mut want_normal, mut want_friction) = (None, None);
     let mut bad = Status::OK;
     match drive.normal {
@@ -120,7 +117,8 @@ pub(crate) fn driven<S: Clone, F: Drivable<S>>(finger: &F, state: &mut S, drive:
         Normal::ForceN(force) if force <= 0.0 => motion.depth_mm = motion.depth_mm.min(0.0),
         Normal::ForceN(force) => {
             if !finger.in_contact(state) {
-                motion.depth_mm = finger.depth_for_normal(scale(), force);
+                let scale = known.get_or_insert_with(|| finger.scale(state));
+                motion.depth_mm = finger.depth_for_normal(scale, force);
             }
             want_normal = Some(force.min(LARGEST_N));
         }
@@ -165,13 +163,15 @@ pub(crate) fn driven<S: Clone, F: Drivable<S>>(finger: &F, state: &mut S, drive:
         }
         let mut deeper = 0.0;
         if want_normal.is_some() && motion.depth_mm > 0.0 {
-            let plain = finger.normal_at(scale(), motion.depth_mm);
+            let scale = known.get_or_insert_with(|| finger.scale(state));
+            let plain = finger.normal_at(scale, motion.depth_mm);
             let next = if want_friction.is_some() { plain + lack[0] } else { search.next(plain, lack[0]) };
-            deeper = finger.depth_for_normal(scale(), next.max(0.1 * plain)) - motion.depth_mm;
+            deeper = finger.depth_for_normal(scale, next.max(0.1 * plain)) - motion.depth_mm;
         }
         if want_friction.is_some() && motion.depth_mm > 0.0 {
             let together = want_normal.is_some() && F::together(error, halves);
-            let stiffness = finger.stiffness_at(scale(), finger.depth_mm(&trial));
+            let scale = known.get_or_insert_with(|| finger.scale(state));
+            let stiffness = finger.stiffness_at(scale, finger.depth_mm(&trial));
             let gradient = finger.gradient(&trial, further_on(motion.slide_increment_mm, lack, deeper));
             let (further, slide) = way_for(&gradient, stiffness, lack, deeper, together);
             deeper = further;

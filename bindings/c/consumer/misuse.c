@@ -430,6 +430,31 @@ static void pad_numbers(fingerpad_pad *pad)
     must(fingerpad_pad_tune(pad, 1.0f, 1.0f, 1.0f), "tune");
 }
 
+static void pad_requests(const fingerpad_pad *pad)
+{
+    static fingerpad_pad_state state, zeroed;
+    const fingerpad_body ball = {FINGERPAD_BODY_SPHERE, 10.0f, 0.0f, 0.0f}, none = {FINGERPAD_BODY_SPHERE, 0.0f, 0.0f, 0.0f};
+    fingerpad_drive drive = {1, 1, 0.0f, 0.4f, 0.0f, 0.0f, 0.05f, 0.0f, 0.0f, 1e-3f};
+    fingerpad_response r;
+    fingerpad_motion led;
+    fingerpad_gradient g;
+    fingerpad_grip grip;
+    must(fingerpad_pad_state_init_over(pad, &state, 30.0f, 0.0f), "a state over a ball");
+    expect(fingerpad_pad_step_driven(pad, &zeroed, ball, 30.0f, 0.0f, drive, &r, &led), FINGERPAD_NOT_SET_UP, "a zeroed state, driven");
+    expect(fingerpad_pad_step_driven(pad, &state, none, 30.0f, 0.0f, drive, &r, &led), FINGERPAD_RANGE, "a ball without size, driven");
+    must(fingerpad_pad_step_driven(pad, &state, ball, 30.0f, 0.0f, drive, &r, NULL), "a driven step");
+    must(fingerpad_pad_step_driven(pad, &state, ball, 30.0f, 0.0f, drive, &r, &led), "a driven step again");
+    expect_true(r.status == 0 && fabsf(r.normal_force_n - 0.4f) < 1e-3f && fabsf(r.friction_x_n - 0.05f) < 1e-3f, "a load on a pad");
+    expect_true(led.slide_x_mm == 0.0f && led.depth_mm > 0.1f, "a load that is there does not creep");
+    must(fingerpad_pad_gradient(pad, &state, ball, 0.0f, 0.0f, 0.0f, &g), "a gradient of a pad");
+    expect_true(g.normal_n_mm[0] > 0.1f && g.friction_x_n_mm[1] > 0.05f && g.friction_y_n_mm[2] > 0.05f, "stiffness of a pad");
+    expect(fingerpad_pad_gradient(pad, &state, ball, 0.0f, 0.0f, 0.0f, NULL), FINGERPAD_NULL, "no gradient");
+    must(fingerpad_pad_least_grip(pad, ball, 30.0f, 0.0f, 0.1f, 0.0f, 0.2f, 1.0f, &grip), "the least grip of a pad");
+    expect_true(grip.status == 0 && grip.depth_mm > 0.1f && grip.normal_force_n > 0.02f, "a grip of a pad");
+    must(fingerpad_pad_least_grip(pad, ball, 30.0f, 0.0f, 90.0f, 0.0f, 0.2f, 1.0f, &grip), "a load without a grip");
+    expect_true((grip.status & FINGERPAD_STATUS_LOAD_NOT_REACHED) != 0, "no grip holds it");
+}
+
 static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model)
 {
     static fingerpad_frame_contact zeroed, contact;
@@ -488,6 +513,7 @@ static void pads(const model_file *bed, const model_file *file, const model_file
         fingerpad_model model;
         must(fingerpad_model_load(&model, bytes_of(bed), bed->length), "bed");
         frame_handles(&pad, &model);
+        pad_requests(&pad);
     }
 }
 

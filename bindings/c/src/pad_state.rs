@@ -1,12 +1,14 @@
 //! The memory of a contact of a pad: set up, strength, step, patches, save, restore.
 
-use fingerpad::pad::{Body, Pad, PadState, PatchState, pad_state_bytes};
-use fingerpad::{Motion, Response};
+use fingerpad::pad::{Body, Pad, PadOn, PadState, PatchState, pad_state_bytes};
+use fingerpad::{Drivable, Driven, Motion, Response};
 
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
+use crate::driven::fingerpad_drive;
 use crate::pad::{FEW, FINGERPAD_PATCHES_MAX, LoadedPad, fingerpad_body, fingerpad_pad, loaded_pad};
 use crate::pointer::{check, exclusive, items, items_mut, shared, write};
-use crate::types::fingerpad_response;
+use crate::requests::{fingerpad_gradient, fingerpad_grip};
+use crate::types::{fingerpad_motion, fingerpad_response};
 
 /// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
 pub const FINGERPAD_PAD_STATE_BYTES: usize = 1852;
@@ -272,6 +274,109 @@ pub unsafe extern "C" fn fingerpad_pad_step(
         unsafe { write(response, forces.into()) }
     };
     answer(stepped())
+}
+
+/// Advances a contact of a pad by one step driven by displacement or force in each direction, as `fingerpad_spin_step_driven`: a held load does
+/// not creep, a force out of reach gives the nearest state and FINGERPAD_STATUS_LOAD_NOT_REACHED. A finger that touches in this step is pressed
+/// first, then loaded. Takes 2 to 100 times as long as `fingerpad_pad_step`, and twice its stack and four states more.
+///
+/// Returns as `fingerpad_pad_step`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_step_driven(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_pad_state,
+    body: fingerpad_body,
+    pitch_deg: f32,
+    roll_deg: f32,
+    drive: fingerpad_drive,
+    response: *mut fingerpad_response,
+    motion: *mut fingerpad_motion,
+) -> i32 {
+    let stepped = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        // SAFETY: the caller's promise.
+        let state = unsafe { memory_of(pad, state) }?;
+        check(response)?;
+        if !motion.is_null() {
+            check(motion)?;
+        }
+        let body = body.checked()?;
+        let finger = PadOn { pad: pad.pad, body: &body, pose_deg: [pitch_deg, roll_deg] };
+        let Driven { response: forces, motion: led } =
+            with_memory!(state, state => finger.step_driven(state, drive.into()));
+        if !motion.is_null() {
+            // SAFETY: the caller's promise.
+            unsafe { write(motion, led.into()) }?;
+        }
+        // SAFETY: the caller's promise.
+        unsafe { write(response, forces.into()) }
+    };
+    answer(stepped())
+}
+
+/// Writes how the forces of a pad change with a further motion from the last step, as `fingerpad_spin_state_gradient`, in the pose of that step.
+/// By differences of seven steps, to about 1 %.
+///
+/// Returns as `fingerpad_pad_patches`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_gradient(
+    pad: *const fingerpad_pad,
+    state: *const fingerpad_pad_state,
+    body: fingerpad_body,
+    depth_mm: f32,
+    slide_x_mm: f32,
+    slide_y_mm: f32,
+    gradient: *mut fingerpad_gradient,
+) -> i32 {
+    let written = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        // SAFETY: the caller's promise.
+        let state = unsafe { memory_to_read(pad, state) }?;
+        let body = body.checked()?;
+        let found = with_memory!(state, state => {
+            let finger = PadOn { pad: pad.pad, body: &body, pose_deg: pad.pad.pose_deg(state) };
+            finger.gradient(state, [depth_mm, slide_x_mm, slide_y_mm])
+        });
+        // SAFETY: the caller's promise.
+        unsafe { write(gradient, found.into()) }
+    };
+    answer(written())
+}
+
+/// The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
+/// load. Takes about 1000 steps.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_least_grip(
+    pad: *const fingerpad_pad,
+    body: fingerpad_body,
+    pitch_deg: f32,
+    roll_deg: f32,
+    load_x_n: f32,
+    load_y_n: f32,
+    margin: f32,
+    strength_factor: f32,
+    grip: *mut fingerpad_grip,
+) -> i32 {
+    let found = || {
+        // SAFETY: the caller's promise.
+        let pad = unsafe { loaded_pad(pad) }?;
+        check(grip)?;
+        let body = body.checked()?;
+        let finger = PadOn { pad: pad.pad, body: &body, pose_deg: [pitch_deg, roll_deg] };
+        let load_n = [load_x_n, load_y_n];
+        let found = if pad.is_small() {
+            finger.least_grip::<FEW>(load_n, margin, strength_factor)
+        } else {
+            finger.least_grip::<MANY>(load_n, margin, strength_factor)
+        };
+        // SAFETY: the caller's promise.
+        unsafe { write(grip, found.into()) }
+    };
+    answer(found())
 }
 
 /// Writes the load of each patch after the last step, on the body of that step, to an array of `count` patches. The first

@@ -1,11 +1,11 @@
 //! Requests of a controller besides steps: derivatives, the least grip.
 
-use fingerpad::Gradient;
+use fingerpad::{Gradient, Grip};
 
 use crate::codes::answer;
-use crate::model::{Loaded, fingerpad_model, loaded};
+use crate::model::{fingerpad_model, loaded};
 use crate::pointer::write;
-use crate::state::{Memory, fingerpad_spin_state, fingerpad_state, memory_to_read};
+use crate::state::{fingerpad_spin_state, fingerpad_state, memory_to_read};
 
 /// Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
 #[repr(C)]
@@ -30,10 +30,17 @@ pub struct fingerpad_grip {
     pub status: u32,
 }
 
-fn gradient<const P: usize>(model: &Loaded, state: &Memory<P>, direction: [f32; 3]) -> fingerpad_gradient {
-    let Gradient { normal_n_mm, friction_n_mm: [friction_x_n_mm, friction_y_n_mm] } =
-        model.model.gradient(state, direction);
-    fingerpad_gradient { normal_n_mm, friction_x_n_mm, friction_y_n_mm }
+impl From<Gradient> for fingerpad_gradient {
+    fn from(gradient: Gradient) -> Self {
+        let Gradient { normal_n_mm, friction_n_mm: [friction_x_n_mm, friction_y_n_mm] } = gradient;
+        Self { normal_n_mm, friction_x_n_mm, friction_y_n_mm }
+    }
+}
+
+impl From<Grip> for fingerpad_grip {
+    fn from(grip: Grip) -> Self {
+        Self { depth_mm: grip.depth_mm, normal_force_n: grip.normal_force_n, status: grip.status.0 }
+    }
 }
 
 /// The gradient at a state for a motion that goes on in the direction (depth, slide x, slide y; any length). One-sided where
@@ -75,7 +82,7 @@ unsafe fn write_gradient<C, const P: usize>(
     // SAFETY: the caller's promise.
     let (model, state) = unsafe { (loaded(model)?, memory_to_read::<C, P>(state)?) };
     // SAFETY: the caller's promise.
-    unsafe { write(out, gradient(model, state, direction)) }
+    unsafe { write(out, model.model.gradient(state, direction).into()) }
 }
 
 /// The least depth and normal force at which friction of the load, N, leaves the slip margin `margin` (0 to 0.95), even if the
@@ -93,9 +100,7 @@ pub unsafe extern "C" fn fingerpad_least_grip(
     // SAFETY: the caller's promise.
     answer(unsafe { loaded(model) }.and_then(|model| {
         let found = model.model.least_grip([load_x_n, load_y_n], margin, strength_factor);
-        let found =
-            fingerpad_grip { depth_mm: found.depth_mm, normal_force_n: found.normal_force_n, status: found.status.0 };
         // SAFETY: the caller's promise.
-        unsafe { write(grip, found) }
+        unsafe { write(grip, found.into()) }
     }))
 }

@@ -6,12 +6,11 @@ use std::sync::Arc;
 
 use fingerpad::build::Data;
 use fingerpad::host::{Forces, Motions};
-use fingerpad::{
-    Drive, Error, Motion, Normal, Regime, Response, SPRINGS, StateOf, Status, Tangential, Tuning, state_bytes,
-};
+use fingerpad::{Error, Motion, Regime, Response, SPRINGS, StateOf, Status, Tuning, state_bytes};
 
 use crate::group::{
-    Bed, DRIVEN, FORCES, Given, Group, REGIME, RESPONSE, Refused, Row, Watches, states, write_floats, write_response,
+    DRIVEN, FORCES, Given, Group, REGIME, Refused, Row, Watches, drive_all, gradients, states, write_floats,
+    write_response,
 };
 
 /// Contacts that pass through the core's batch at once, so that its numbers stay in the nearest cache.
@@ -110,44 +109,16 @@ impl<const P: usize> Group for Springs<P> {
         Box::new(self.clone())
     }
 
-    fn as_bed(&mut self) -> Option<&mut dyn Bed> {
-        Some(self)
-    }
-}
-
-impl<const P: usize> Bed for Springs<P> {
-    fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Error> {
-        self.set_strength(0, row);
+    fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Refused> {
         let model = self.data.model_unchecked().tuned(self.tuning)?;
-        let contacts = self.states.iter_mut().zip(out.chunks_exact_mut(DRIVEN));
-        for (i, (state, out)) in contacts.enumerate() {
-            let Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s } = row.motion(i);
-            let drive = Drive {
-                normal: if given.normal_force { Normal::ForceN(depth_mm) } else { Normal::DepthMm(depth_mm) },
-                tangential: match given.friction {
-                    true => Tangential::FrictionN(slide_increment_mm),
-                    false => Tangential::SlideIncrementMm(slide_increment_mm),
-                },
-                spin_increment_rad,
-                dt_s,
-            };
-            let driven = model.step_driven(state, drive);
-            write_response(&driven.response, &mut out[..RESPONSE]);
-            let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, .. } = driven.motion;
-            write_floats([depth_mm, x, y, spin_increment_rad], &mut out[RESPONSE..]);
-        }
+        drive_all(self.states.iter_mut().map(|state| (model, state)), row, given, out);
         self.watches.look(0, out, DRIVEN);
         Ok(())
     }
 
-    fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Error> {
-        let (directions, outs) = (direction.as_chunks::<3>().0, out.as_chunks_mut::<9>().0);
+    fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Refused> {
         let model = self.data.model_unchecked().tuned(self.tuning)?;
-        for ((state, direction), out) in self.states.iter().zip(directions).zip(outs) {
-            let gradient = model.gradient(state, *direction);
-            let [x, y] = gradient.friction_n_mm;
-            out.as_chunks_mut::<3>().0.copy_from_slice(&[gradient.normal_n_mm, x, y]);
-        }
+        gradients(self.states.iter().map(|state| (model, state)), direction, out);
         Ok(())
     }
 }

@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 use crate::bed::Springs;
 use crate::error::{self, wrong_length};
 use crate::frames::{self, BedOf, FRAMES, PadOf, Placed, Pose};
-use crate::group::{Bed, DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Row};
+use crate::group::{DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Row};
 use crate::model::Model;
 use crate::pad::{self, Pad, Patches};
 
@@ -137,16 +137,6 @@ impl Contacts {
             }
         }
         Ok(())
-    }
-
-    /// Runs a function that only beds have.
-    fn on_bed(&self, function: &str, work: impl FnOnce(&mut dyn Bed) -> Result<(), fingerpad::Error>) -> PyResult<()> {
-        match self.lock().as_bed() {
-            Some(bed) => work(bed).map_err(error::model),
-            None => {
-                Err(error::input(format!("{function}: fingers of a pad cannot; those of a bed of springs (Model) can")))
-            }
-        }
     }
 }
 
@@ -276,18 +266,20 @@ impl Contacts {
         strength_factor: Option<Matrix<'py>>,
         by_normal_force: bool,
         by_friction: bool,
+        pitch_deg: Option<Matrix<'py>>,
+        roll_deg: Option<Matrix<'py>>,
         dt_s: PyReadonlyArray1<'py, f32>,
         mut out: PyReadwriteArray2<'py, u32>,
     ) -> PyResult<()> {
         let given = Given { normal_force: by_normal_force, friction: by_friction };
-        let more = [&spin_rad, &strength_factor, &None, &None];
+        let more = [&spin_rad, &strength_factor, &pitch_deg, &roll_deg];
         let inputs = Inputs::new(self.count, &dt_s, [&normal, &along_x, &along_y], more)?;
         let out = out.as_slice_mut()?;
         if out.len() != DRIVEN * inputs.depth_mm.len() {
             return Err(wrong_length(DRIVEN * inputs.depth_mm.len(), out.len()));
         }
         py.detach(|| match inputs.rows().next() {
-            Some(row) => self.on_bed("step_driven", |bed| bed.step_driven(&row, given, out)),
+            Some(row) => Ok(self.lock().step_driven(&row, given, out)?),
             None => Ok(()),
         })
     }
@@ -304,7 +296,7 @@ impl Contacts {
                 return Err(wrong_length(expected, found));
             }
         }
-        py.detach(|| self.on_bed("gradient", |bed| bed.gradient(direction, out)))
+        Ok(py.detach(|| self.lock().gradient(direction, out))?)
     }
 
     /// Friction and moment of each contact in full slip under each row of `motion`, three floats each.

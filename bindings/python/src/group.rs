@@ -3,7 +3,7 @@
 //! Main types: [`Group`], [`Row`], [`Watches`]. Uses the core's responses and events.
 
 use fingerpad::events::{Event, Queue, Watch, WatchSettings};
-use fingerpad::{Error, Motion, Regime, Response};
+use fingerpad::{Drivable, Drive, Error, Motion, Normal, Regime, Response, Tangential};
 use pyo3::PyErr;
 
 use crate::error;
@@ -122,9 +122,14 @@ pub trait Group: Send {
     fn watches(&mut self) -> &mut Watches;
     /// The same contacts again.
     fn copy(&self) -> Box<dyn Group>;
-    /// The functions that only a bed has.
-    fn as_bed(&mut self) -> Option<&mut dyn Bed> {
-        None
+    /// Advances all contacts by displacements or forces; `out` has [`DRIVEN`] words a contact.
+    fn step_driven(&mut self, _row: &Row, _given: Given, _out: &mut [u32]) -> Result<(), Refused> {
+        Err(cannot("step_driven"))
+    }
+    /// Derivatives of normal force and friction (N) with depth and slides (mm), nine numbers a contact, for motions that go
+    /// on in `direction`, three numbers a contact.
+    fn gradient(&self, _direction: &[f32], _out: &mut [f32]) -> Result<(), Refused> {
+        Err(cannot("gradient"))
     }
     /// Friction along x and y (N) and moment about the normal (N mm) of each contact in full slip under each motion (slides along x
     /// and y, turn; of any length), three floats for each motion, one contact after the other.
@@ -148,13 +153,46 @@ pub struct Given {
 /// Words of a driven contact: those of its response, then depth, slides and spin.
 pub const DRIVEN: usize = RESPONSE + 4;
 
-/// Contacts of a bed of springs.
-pub trait Bed {
-    /// Advances all contacts by displacements or forces; `out` has [`DRIVEN`] words a contact.
-    fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Error>;
-    /// Derivatives of normal force and friction (N) with depth and slides (mm), nine numbers a contact, for motions that go
-    /// on in `direction`, three numbers a contact.
-    fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Error>;
+/// Drives contacts of fingers, one a state; see [`Group::step_driven`].
+pub fn drive_all<'a, S: Clone + 'a, F: Drivable<S>>(
+    contacts: impl Iterator<Item = (F, &'a mut S)>,
+    row: &Row,
+    given: Given,
+    out: &mut [u32],
+) {
+    for (i, ((finger, state), out)) in contacts.zip(out.chunks_exact_mut(DRIVEN)).enumerate() {
+        if let Some(factor) = row.strength_factor.get(i) {
+            finger.set_strength_factor(state, *factor);
+        }
+        let Motion { depth_mm, slide_increment_mm, spin_increment_rad, dt_s } = row.motion(i);
+        let drive = Drive {
+            normal: if given.normal_force { Normal::ForceN(depth_mm) } else { Normal::DepthMm(depth_mm) },
+            tangential: match given.friction {
+                true => Tangential::FrictionN(slide_increment_mm),
+                false => Tangential::SlideIncrementMm(slide_increment_mm),
+            },
+            spin_increment_rad,
+            dt_s,
+        };
+        let driven = finger.step_driven(state, drive);
+        write_response(&driven.response, &mut out[..RESPONSE]);
+        let Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, .. } = driven.motion;
+        write_floats([depth_mm, x, y, spin_increment_rad], &mut out[RESPONSE..]);
+    }
+}
+
+/// Derivatives of contacts; see [`Group::gradient`].
+pub fn gradients<'a, S: Clone + 'a, F: Drivable<S>>(
+    contacts: impl Iterator<Item = (F, &'a S)>,
+    direction: &[f32],
+    out: &mut [f32],
+) {
+    let rows = direction.as_chunks::<3>().0.iter().zip(out.as_chunks_mut::<9>().0);
+    for ((finger, state), (direction, out)) in contacts.zip(rows) {
+        let gradient = finger.gradient(state, *direction);
+        let [x, y] = gradient.friction_n_mm;
+        out.as_chunks_mut::<3>().0.copy_from_slice(&[gradient.normal_n_mm, x, y]);
+    }
 }
 
 /// Events of contacts: one watch a contact, none before [`Watches::start`].

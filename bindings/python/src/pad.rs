@@ -9,15 +9,18 @@ use std::sync::Arc;
 
 use fingerpad::host::PadModelFile;
 use fingerpad::pad::{
-    Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadState, Patch, PatchState, Plane, Sphere, Surface,
+    Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadOn, PadState, Patch, PatchState, Plane, Sphere, Surface,
     pad_state_bytes,
 };
-use fingerpad::{Error, Tuning};
+use fingerpad::{Error, Grip, Tuning};
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error;
-use crate::group::{FORCES, Group, PATCH, Refused, Row, Watches, states, write_response};
+use crate::group::{
+    DRIVEN, FORCES, Given, Group, PATCH, Refused, Row, Watches, drive_all, gradients, states, write_response,
+};
 
 /// The pad that ships.
 const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip-pad.fpm");
@@ -188,8 +191,42 @@ impl Pad {
         roll_deg: Option<Bound<'py, PyAny>>,
         body: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let by_presses = slf.py().import("fingerpad._grip")?.getattr("pad_least_grip")?;
-        by_presses.call1((slf, friction_x_n, friction_y_n, margin, strength_factor, pitch_deg, roll_deg, body))
+        let over_arrays = slf.py().import("fingerpad._grip")?.getattr("pad_least_grip")?;
+        over_arrays.call1((slf, friction_x_n, friction_y_n, margin, strength_factor, pitch_deg, roll_deg, body))
+    }
+
+    /// As of a bed, with rows of pitch and roll (degrees) as well, on a body of a kind with its numbers.
+    #[allow(clippy::too_many_arguments)]
+    fn _least_grips<'py>(
+        &self,
+        py: Python<'py>,
+        kind: &str,
+        numbers: [f32; 3],
+        given: [PyReadonlyArray1<'py, f32>; 6],
+        mut depth_mm: PyReadwriteArray1<'py, f32>,
+        mut normal_force_n: PyReadwriteArray1<'py, f32>,
+        mut status: PyReadwriteArray1<'py, u32>,
+    ) -> PyResult<()> {
+        let body = body(kind, numbers).ok_or_else(|| error::input(format!("body: {kind} is none")))?;
+        let (depth, normal, status) =
+            (depth_mm.as_slice_mut()?, normal_force_n.as_slice_mut()?, status.as_slice_mut()?);
+        let mut columns = [&[][..]; 6];
+        for (column, given) in columns.iter_mut().zip(&given) {
+            *column = given.as_slice()?;
+        }
+        let lengths = columns.map(<[f32]>::len).into_iter().chain([normal.len(), status.len()]);
+        if let Some(found) = lengths.into_iter().find(|length| *length != depth.len()) {
+            return Err(error::wrong_length(depth.len(), found));
+        }
+        let pad = self.tables.pad().tuned(self.tuning).map_err(error::model)?;
+        let [x, y, margin, factor, pitch, roll] = columns;
+        for i in 0..depth.len() {
+            py.check_signals()?;
+            let finger = PadOn { pad, body: &body, pose_deg: [pitch[i], roll[i]] };
+            let grip: Grip = py.detach(|| finger.least_grip::<MOST>([x[i], y[i]], margin[i], factor[i]));
+            (depth[i], normal[i], status[i]) = (grip.depth_mm, grip.normal_force_n, grip.status.0);
+        }
+        Ok(())
     }
 
     fn __repr__(&self) -> String {
@@ -370,6 +407,28 @@ impl<const P: usize> Group for Patches<P> {
 
     fn copy(&self) -> Box<dyn Group> {
         Box::new(self.clone())
+    }
+
+    fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Refused> {
+        let tables = self.tables.clone();
+        let pad = tables.pad().tuned(self.tuning)?;
+        let body = self.body;
+        let contacts = self.states.iter_mut().zip(&self.poses_deg).enumerate().map(|(i, (state, pose))| {
+            let [pitch, roll] = *pose;
+            let pose_deg =
+                [row.pitch_deg.get(i).copied().unwrap_or(pitch), row.roll_deg.get(i).copied().unwrap_or(roll)];
+            (PadOn { pad, body: &body, pose_deg }, state)
+        });
+        drive_all(contacts, row, given, out);
+        self.watches.look(0, out, DRIVEN);
+        Ok(())
+    }
+
+    fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Refused> {
+        let pad = self.pad();
+        let on = |state| (PadOn { pad, body: &self.body, pose_deg: pad.pose_deg(state) }, state);
+        gradients(self.states.iter().map(on), direction, out);
+        Ok(())
     }
 
     fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Refused> {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 from pathlib import Path
 
@@ -17,6 +18,10 @@ MODEL = ROOT / "data/models/fingertip.fpm"
 PAD = ROOT / "data/models/fingertip-pad.fpm"
 #: A step as the native example reads it.
 STEP = np.dtype([(n, "<f4") for n in ("depth_mm", "x", "y", "spin_rad", "dt_s", "strength", "pitch_deg", "roll_deg")])
+
+
+# A shell that starts the tests in the background has them ignore Ctrl-C, and what they start as well.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -318,12 +318,19 @@ def test_bad_bodies(body: Any, numbers: tuple[Any, ...], text: str) -> None:
         body(*numbers)
 
 
-def test_what_a_pad_cannot(model: Model, pad: Pad) -> None:
-    fingers = Fingers(pad, 2)
-    with pytest.raises(InputError, match="step_driven: fingers of a pad cannot"):
-        fingers.step_driven(normal_force_n=1)
-    with pytest.raises(InputError, match="gradient: fingers of a pad cannot"):
-        fingers.gradient()
+def test_a_pad_is_driven_by_forces(pad: Pad) -> None:
+    fingers = Fingers(pad, 3, body=Sphere(20), pitch_deg=[30, 40, 50])
+    for _ in range(5):
+        r = fingers.step_driven(normal_force_n=[0.3, 0.5, 0.7], friction_x_n=[0.0, 0.05, -0.1])
+    np.testing.assert_allclose(r["normal_force_n"], [0.3, 0.5, 0.7], rtol=1e-3)
+    np.testing.assert_allclose(r["friction_x_n"], [0.0, 0.05, -0.1], atol=1e-3)
+    assert not r["status"].any() and not r["slide_x_mm"].any(), "a load that is there already does not creep"
+    stiffness = fingers.gradient()
+    assert (stiffness[:, 0, 0] > 0.1).all() and (stiffness[:, 1, 1] > 0.05).all() and (stiffness[:, 2, 2] > 0.05).all()
+    assert (fingers.step_driven(normal_force_n=50)["status"] & Status.LOAD_NOT_REACHED).all()
+
+
+def test_what_a_bed_cannot(model: Model) -> None:
     with pytest.raises(InputError, match="patches: a bed of springs has none"):
         Fingers(model).patches()
 

@@ -3,7 +3,7 @@
 //! Main type: [`PadOn`]. Uses step and drive.
 
 use crate::drive::driven;
-use crate::math::{Scalar, sqrt};
+use crate::math::{Elementary, Scalar, sqrt};
 use crate::model::{Drivable, FingerModel};
 use crate::{Drive, Driven, Error, Gradient, Grip, Motion, Normal, Response, Status, Tangential, Tuning};
 
@@ -34,6 +34,8 @@ const SCALE_DEPTH: f32 = 0.3;
 /// Halvings of the depth range in the search for the least grip, and the longest step of a press, mm.
 const HALVINGS: usize = 12;
 const PRESS_MM: f32 = 0.1;
+/// Parts of the load in which the slide after a press takes it up.
+const SLIDES: u32 = 5;
 const DT_S: f32 = 1e-3;
 
 /// Depth, mm, the normal force there, N, and the stiffness of friction while everything sticks, N/mm.
@@ -43,10 +45,19 @@ pub struct Scale {
     stiffness_n_mm: f32,
 }
 
+fn power(base: f32, exponent: f32) -> f32 {
+    Elementary::exp(exponent * Elementary::ln(base))
+}
+
 impl<'a, B: Surface<f32>> PadOn<'a, B> {
     /// The same with more exact steps.
     fn exact(&self) -> Self {
         Self { pad: self.pad.with_effort(EXACT), ..*self }
+    }
+
+    /// A finger without contact. On a curved body it turns about the point above the apex.
+    fn in_the_air<const P: usize>(&self) -> Result<PadState<P>, Error> {
+        if self.body.is_plane() { PadState::new(&self.pad) } else { PadState::over(&self.pad, self.pose_deg) }
     }
 
     /// Forces after a motion from a state: normal force, friction x and y, N.
@@ -70,7 +81,7 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
         let deepest = self.pad.depth_max_mm();
         let [x, y] = load_n;
         let size = sqrt(x * x + y * y);
-        let fresh = PadState::<P>::new(&self.pad);
+        let fresh = self.in_the_air::<P>();
         let (true, Ok(fresh)) = (size <= f32::MAX && margin.is_finite() && strength_factor.is_finite(), fresh) else {
             return Grip { status: Status::BAD_INPUT, depth_mm: deepest, ..Grip::default() };
         };
@@ -86,13 +97,17 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
                 let depth_mm = depth * (k as f32 / presses as f32);
                 self.step(&mut state, Motion { depth_mm, dt_s: DT_S, ..Motion::default() });
             }
-            let drive = Drive {
-                normal: Normal::DepthMm(depth),
-                tangential: Tangential::FrictionN(load_n),
-                spin_increment_rad: 0.0,
-                dt_s: DT_S,
-            };
-            let r = self.step_driven(&mut state, drive).response;
+            let mut r = Response::default();
+            for k in 1..=SLIDES {
+                let load_n = load_n.map(|part| part * (k as f32 / SLIDES as f32));
+                let drive = Drive {
+                    normal: Normal::DepthMm(depth),
+                    tangential: Tangential::FrictionN(load_n),
+                    spin_increment_rad: 0.0,
+                    dt_s: DT_S,
+                };
+                r = self.step_driven(&mut state, drive).response;
+            }
             let kept = 1.0 - r.band_friction_n / (r.friction_limit_n + f32::MIN_POSITIVE);
             let holds = !r.status.contains(Status::LOAD_NOT_REACHED) && r.slip_margin >= 1.0 - share * kept;
             (holds, Grip { depth_mm: depth, normal_force_n: r.normal_force_n, status: r.status })
@@ -117,7 +132,7 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
 
 impl<B: Surface<f32>, const P: usize> FingerModel<PadState<P>> for PadOn<'_, B> {
     fn fresh(&self) -> Result<PadState<P>, Error> {
-        PadState::new(&self.pad)
+        self.in_the_air()
     }
     fn step(&self, state: &mut PadState<P>, motion: Motion) -> Response {
         self.pad.step(state, self.body, motion, self.pose_deg)
@@ -169,10 +184,10 @@ impl<B: Surface<f32>, const P: usize> Drivable<PadState<P>> for PadOn<'_, B> {
         }
     }
     fn normal_at(&self, scale: &Scale, depth_mm: f32) -> f32 {
-        scale.normal_n * (EXPONENT * (depth_mm / scale.depth_mm).max(1e-6).ln()).exp()
+        scale.normal_n * power((depth_mm / scale.depth_mm).max(1e-6), EXPONENT)
     }
     fn depth_for_normal(&self, scale: &Scale, force_n: f32) -> f32 {
-        let depth = scale.depth_mm * ((force_n / scale.normal_n).max(1e-9).ln() / EXPONENT).exp();
+        let depth = scale.depth_mm * power((force_n / scale.normal_n).max(1e-9), 1.0 / EXPONENT);
         depth.min(self.pad.depth_max_mm())
     }
     fn stiffness_at(&self, scale: &Scale, _: f32) -> f32 {

@@ -25,6 +25,12 @@ impl<T: Elementary> Pad<'_, T> {
         state.depth * self.units.length
     }
 
+    /// Pitch and roll of the last step as the pad followed them, degrees.
+    pub fn pose_deg<const P: usize>(&self, state: &PadState<P, T>) -> [T; 2] {
+        let degrees = T::of(180.0) / T::half_turn();
+        [self.numbers.neutral_pitch_deg + state.tilt[0] * degrees, state.tilt[1] * degrees]
+    }
+
     /// The equations of the last step and the contact of each patch, in the units of the fitted finger. None without contact, or for a pad
     /// of more than `P` patches.
     fn after_step<'a, const P: usize, B: Surface<T>>(

@@ -171,7 +171,7 @@ fn the_least_grip_holds_its_load() {
         let grip = finger.least_grip::<P>(load_n, margin, factor);
         assert!(grip.status == Status::OK && grip.depth_mm > 0.1 && grip.depth_mm < pad.depth_max_mm(), "{grip:?}");
         let under = |depth: f32| {
-            let mut state = PadState::<P>::new(&pad).unwrap();
+            let mut state: PadState<P> = finger.fresh().unwrap();
             state.set_strength_factor(factor);
             for k in 1..=200 {
                 finger.step(&mut state, Motion { depth_mm: depth * k as f32 / 200.0, dt_s: DT_S, ..Motion::default() });

@@ -87,3 +87,9 @@ Body = Union[Plane, Sphere, Cylinder, Edge]
 def numbers(body: Body) -> tuple[float, float, float]:
     """Radius (mm), axis and angle (degrees) of a body, 0 where it has none."""
     return getattr(body, "radius_mm", 0.0), getattr(body, "axis_deg", 0.0), getattr(body, "angle_deg", 0.0)
+
+
+def check(body: object) -> None:
+    """Refuses what is no body."""
+    if not isinstance(body, (Plane, Sphere, Cylinder, Edge)):
+        raise InputError(f"body: {body!r} where a Plane, Sphere, Cylinder or Edge is needed")

@@ -272,8 +272,7 @@ class Fingers(Batch):
             self._contacts = Contacts.of_bed(model, self._count, self._spin)
 
     def _init_pad(self, pad: Pad, pitch_deg: Numbers | None, roll_deg: Numbers | None) -> None:
-        if not isinstance(self._body, (_bodies.Plane, _bodies.Sphere, _bodies.Cylinder, _bodies.Edge)):
-            raise InputError(f"body: {self._body!r} where a Plane, Sphere, Cylinder or Edge is needed")
+        _bodies.check(self._body)
         given = {
             "pitch_deg": (pad.neutral_pitch_deg if pitch_deg is None else pitch_deg, pad.pitch_range_deg),
             "roll_deg": (0.0 if roll_deg is None else roll_deg, pad.roll_range_deg),
@@ -376,13 +375,15 @@ class Fingers(Batch):
         spin_rad: Numbers | None = None,
         dt_s: float = 1e-3,
         strength_factor: Numbers | None = None,
+        pitch_deg: Numbers | None = None,
+        roll_deg: Numbers | None = None,
         out: npt.NDArray[np.void] | None = None,
     ) -> npt.NDArray[np.void]:
-        """Advances every finger of a bed by one step that leads to forces; returns an array of `DRIVEN`, one a finger.
+        """Advances every finger by one step that leads to forces; returns an array of `DRIVEN`, one a finger.
 
         Give depth or normal force at the end of the step, and slides or friction (0 where one of the two is left out). A force
         out of reach leads to the nearest state that was found and the status LOAD_NOT_REACHED; a load that is there already
-        does not creep. Otherwise as `step`.
+        does not creep. A finger of a pad that touches in this step is pressed first, then loaded. Otherwise as `step`.
         """
         if (depth_mm is None) == (normal_force_n is None):
             raise InputError("give depth_mm or normal_force_n, and not both")
@@ -396,19 +397,20 @@ class Fingers(Batch):
             else {"slide_x_mm": slide_x_mm, "slide_y_mm": slide_y_mm}
         )
         plane = {name: 0.0 if value is None else value for name, value in plane.items()}
-        names = normal | plane | {"spin_rad": spin_rad, "strength_factor": strength_factor}
-        first, x, y, spin, strength, _, _ = self._arrays(1, names)
+        names = normal | plane | {"spin_rad": spin_rad} | self._pose(pitch_deg, roll_deg) | {"strength_factor": strength_factor}
+        first, x, y, spin, strength, pitch, roll = self._arrays(1, names)
         result = _target(out, DRIVEN, (self._count,))
         words, by_force = _words(result, 1), normal_force_n is not None
-        self._contacts.step_driven(first, x, y, spin, strength, by_force, by_friction, _times(dt_s, 1), words)
+        self._contacts.step_driven(first, x, y, spin, strength, by_force, by_friction, pitch, roll, _times(dt_s, 1), words)
         return result
 
     def gradient(self, direction: npt.ArrayLike = (0.0, 0.0, 0.0)) -> npt.NDArray[np.float32]:
-        """How forces of a bed's fingers change with a further motion, N/mm: shape (fingers, 3, 3), rows normal force, friction x, friction y,
+        """How forces change with a further motion, N/mm: shape (fingers, 3, 3), rows normal force, friction x, friction y,
         columns depth, slide x, slide y.
 
         direction: depth, slide x and slide y along which the motion goes on, of any length, for all fingers or one a finger:
-        springs on their limit slip if it loads them further; with zeros all stick. 0 without contact.
+        springs and patches on their limit slip if it loads them further; with zeros all stick. 0 without contact. Of a pad by
+        differences, to about 1 %.
         """
         directions = broadcast("direction", direction, (self._count, 3))
         result = np.empty((self._count, 3, 3), np.float32)

@@ -211,10 +211,9 @@ class Pad:
         the load (N), and the status.
 
         friction_x_n, friction_y_n, margin, strength_factor: as of `Model.least_grip`. pitch_deg, roll_deg, body: as of `Fingers`. Numbers
-        broadcast, and arrays give arrays. Found by trying depths from the least on, each with a press and up to 200 slides, all loads
-        side by side; a load alone takes some tenths of a second. The half-width of friction's 95 % band is on the safe side already. The status has LOAD_NOT_REACHED, and the
-        depth is the largest one, if no depth of the range holds the load after such slides; BAD_INPUT for a load that is NaN or infinite. Raises
-        InputError beyond the ranges.
+        broadcast, and arrays give arrays. By bisection over the depth, each with a press from the air and a slide to the load. The half-width
+        of friction's 95 % band is on the safe side already. The status has LOAD_NOT_REACHED, and the depth is the largest one, if that does not
+        hold the load; BAD_INPUT for a load that is NaN or infinite. Raises InputError beyond the ranges.
         """
 
     @overload
@@ -229,6 +228,9 @@ class Pad:
         roll_deg: npt.ArrayLike | None = None,
         body: Body | None = None,
     ) -> tuple[_Floats, _Floats, _Words]: ...
+    def _least_grips(
+        self, kind: str, numbers: Any, given: tuple[_Floats, ...], depth_mm: _Floats, normal_force_n: _Floats, status: _Words
+    ) -> None: ...
     def __eq__(self, other: object, /) -> bool:
         """Whether file and tuning are the same."""
 
@@ -437,6 +439,8 @@ class Contacts:
         strength_factor: _Floats | None,
         by_normal_force: bool,
         by_friction: bool,
+        pitch_deg: _Floats | None,
+        roll_deg: _Floats | None,
         dt_s: _Floats,
         out: _Words,
     ) -> None: ...
