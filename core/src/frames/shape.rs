@@ -16,6 +16,7 @@ const ANGLE_DEG: [f32; 2] = [1.0, 179.0];
 /// The frames are those that simulators use: the origin in the middle, the axis of a cylinder and a capsule along z.
 // Numbers throughout, so that any bits are a shape or are found out.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Shape<R = f64> {

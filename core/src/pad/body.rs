@@ -34,6 +34,8 @@ pub trait Surface<T> {
 /// Least radii of convex bodies that the patches of a pad can see, mm: a sharper body would dig in between them. See
 /// [`super::Pad::least_radii_mm`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LeastRadii<T = f32> {
     /// Of a sphere.
     pub sphere_mm: T,
@@ -50,6 +52,8 @@ fn too_small<T: Scalar>(radius: T, least: T) -> Option<T> {
 
 /// The plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plane;
 
 impl<T: Scalar> Surface<T> for Plane {
@@ -81,6 +85,8 @@ fn check<T: Scalar>(what: Field, value: T, [least, most]: [f32; 2]) -> Result<()
 
 /// A sphere; a bowl with a negative radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sphere<T = f32> {
     pub(crate) radius_mm: T,
 }
@@ -116,6 +122,8 @@ impl<T: Scalar> Surface<T> for Sphere<T> {
 
 /// A circular cylinder along the tangent plane; a trough with a negative radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Cylinder<T = f32> {
     pub(crate) radius_mm: T,
     /// Direction of its axis in the tangent plane: cosine and sine of its angle from x.
@@ -157,6 +165,8 @@ impl<T: Scalar> Surface<T> for Cylinder<T> {
 
 /// Two plane faces that meet in a rounded edge, which points at the finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Edge<T = f32> {
     /// Radius of the rounding, mm.
     pub(crate) radius_mm: T,
@@ -195,6 +205,8 @@ fn direction<T: Elementary>(deg: T) -> [T; 2] {
 
 /// A body that is chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Body<T = f32> {
     /// A plane.
     Plane,

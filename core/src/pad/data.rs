@@ -14,6 +14,7 @@ use super::{FIRST_TOUCH_TERMS, MODES};
 
 /// One patch of skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Patch<T = f32> {
     /// Position of its middle in the undeformed finger, mm.
@@ -32,6 +33,7 @@ pub struct Patch<T = f32> {
 ///
 /// The energy of the bulk at small loads is half the sum of the squares of its coordinates, mJ; its stiffness is in the scale of the modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct Numbers<T = f32> {
     /// Translation (mm) and rotation vector (rad) of the rigid motion that is closest to the motion of the patches, per coordinate of the
@@ -73,6 +75,7 @@ pub struct Numbers<T = f32> {
 
 /// The numbers that are fitted to nonlinear runs of the finite elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Law<T = f32> {
@@ -165,6 +168,7 @@ impl Numbers {
 
 /// How hard a step searches for its equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Effort {
     /// Most evaluations of the forces on the patches in one step, at least 2; a factorisation of the stiffness counts as four, which is what

@@ -21,6 +21,7 @@ const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 /// Plain data: a copy restores an earlier state, and [`PadState::write_bytes`] saves one. A state belongs to one pad, one tuning and one
 /// body.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct PadState<const P: usize, T = f32> {
     /// Coordinates of the bulk.
@@ -64,6 +65,7 @@ pub struct PadState<const P: usize, T = f32> {
 
 /// A response with the status `ok`, as plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 struct Rest<T> {
     numbers: [T; 16],
@@ -330,6 +332,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
 
 /// Load and contact of one patch, see [`Pad::patch_states`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PatchState<T = f32> {
     /// Present place of its middle, along the axes of the plane from the centre of rotation of poses, mm.

@@ -114,6 +114,7 @@ pub(crate) fn add_diagonal<T: Scalar>(m: &mut Packed<T>, x: T) {
 
 /// A factor in half the memory: the upper 16 bits of each single-precision number. These two to three digits suffice for Newton's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(transparent)]
 pub(crate) struct Rounded([u16; PACKED]);
 
