@@ -12,6 +12,7 @@ pub mod covariates;
 pub mod csv_text;
 mod derived_columns;
 pub mod lag;
+pub mod lift_off;
 pub mod median;
 pub mod outliers;
 pub mod own_columns;

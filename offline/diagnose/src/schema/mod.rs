@@ -330,8 +330,8 @@ pub struct InputFile {
 /// A remark on the files that is reported before the verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Caution {
-    /// `exchanged`, `unit`, `ignored_column`, `thinned`, `reading`, `sensor_rail`, `spikes`, `outside_calibration`, `one_axis`,
-    /// `few_runs`, `too_small` or `scatter`.
+    /// `exchanged`, `unit`, `ignored_column`, `thinned`, `lift_off`, `reading`, `sensor_rail`, `spikes`, `outside_calibration`,
+    /// `one_axis`, `few_runs`, `too_small` or `scatter`.
     pub kind: String,
     /// `calibration`, `measured` or `holdout`.
     pub role: String,

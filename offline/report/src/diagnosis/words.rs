@@ -345,15 +345,16 @@ pub fn map_caption() -> &'static str {
 /// Under the force traces.
 pub fn traces_caption() -> &'static str {
     "The measured runs that the refitted baseline misses most, over the noise floor. As calibrated: nothing is fitted to the \
-     measured runs. Readings that were left out (spikes, a sensor's rail) are not shown."
+     measured runs. Readings that were left out (lift-off, spikes, a sensor's rail) are not shown."
 }
 
 /// Kinds of cautions, in their order on the page.
-const FIRST: [&str; 10] = [
+const FIRST: [&str; 11] = [
     "exchanged",
     "unit",
     "ignored_column",
     "thinned",
+    "lift_off",
     "reading",
     "sensor_rail",
     "outside_calibration",
