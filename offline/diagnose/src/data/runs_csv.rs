@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 use fingerpad_formats::Error;
 
 use crate::data::column_map::ColumnMap;
-use crate::data::column_places::ColumnPlaces;
+use crate::data::column_places::{ColumnPlaces, is_read};
 use crate::data::csv_text::CsvRows;
 use crate::data::derived_columns::compute_derived;
 pub use crate::data::run_assembler::KEPT_ROWS;
@@ -144,7 +144,7 @@ fn read_text(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<FileRead, ReadError> {
     let path = &file.path;
-    let mut rows = CsvRows::open(path, source)?;
+    let mut rows = CsvRows::open(path, source, |name| is_read(map, name))?;
     let columns = ColumnPlaces::of(path, map, &rows)?;
     let numbers = columns.numbers();
     let numbers: Vec<(&str, usize)> = numbers.iter().map(|(name, place)| (name.as_str(), *place)).collect();
