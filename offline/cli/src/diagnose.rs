@@ -13,8 +13,8 @@ use anyhow::anyhow;
 use fingerpad::build::Data;
 use fingerpad_diagnose::laws::{Column, run_columns::template};
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile, Options,
-    PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, IMPLAUSIBLE, InputFile, LawsFile,
+    Options, PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces,
     preflight_report,
 };
 use fingerpad_formats as formats;
@@ -214,7 +214,8 @@ fn runs(args: &Args) -> Result<(), Failure> {
 
 /// The corrected model as a file, where an effect of the finger is claimed and held-out runs do not refuse it.
 fn correct(report: &mut Diagnosis, data: &Data, reference: &ReferenceCurves, evidence: &Evidence) -> Option<Vec<u8>> {
-    if !evidence.has_claims() || report.holdout.refused_after_n.is_some() {
+    let is_implausible = report.cautions.iter().any(|caution| caution.kind == IMPLAUSIBLE);
+    if is_implausible || !evidence.has_claims() || report.holdout.refused_after_n.is_some() {
         return None;
     }
     match during("corrected model", |_| corrected_model(data, reference, evidence)) {

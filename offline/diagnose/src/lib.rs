@@ -46,9 +46,9 @@ pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report}
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
     FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter, GroupDiagnosis,
-    GroupVerdict, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated, PlannedRun,
-    Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability, UnexplainedFound, Verdict,
-    minutes,
+    GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated,
+    PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability,
+    UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};

@@ -103,7 +103,7 @@ pub struct Args {
     /// Laws of your own: formulas over drivers and further columns (TOML), see docs/laws-of-your-own.md
     #[arg(long, value_name = "MINE.toml", conflicts_with_all = ["force_only", "table"])]
     pub(super) laws: Option<PathBuf>,
-    /// Level of the sign-flip test
+    /// Level of the tests of a law
     #[arg(long, default_value_t = 0.01)]
     pub(super) alpha: f64,
     /// Seed of the sign flips
