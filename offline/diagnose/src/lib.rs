@@ -37,6 +37,7 @@ pub use data::rotation::Rotation;
 pub use data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 pub use data::runs_csv::{FilePart, SessionFile};
 pub use data::suspicions::suspicions;
+pub use data::yardsticks::check_units;
 pub use data::{runs_csv, trace_csv};
 pub use error::DiagnoseError;
 pub use laws::{LawsFile, OwnColumn, OwnFormula, TableSummary};

@@ -24,3 +24,4 @@ pub mod suspicions;
 pub mod thinning;
 pub mod trace_csv;
 pub mod turns;
+pub mod yardsticks;

@@ -118,6 +118,7 @@ pub fn read_union(
     let mut set = assembler.into_set(PathBuf::from(names.join(" + ")));
     set.notes.splice(0..0, notes.into_iter().chain(map.used()));
     set.cautions.splice(0..0, cautions);
+    set.factors = map.factors();
     set.rows_read = parts.iter().map(|part| part.rows_read).sum();
     set.sha256.clone_from(&parts[0].sha256);
     compute_derived(&mut set, map.own())?;
