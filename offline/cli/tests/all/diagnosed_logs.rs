@@ -193,8 +193,8 @@ fn appended_files_that_do_not_belong_there_are_refused() {
     folder.refused("diagnose --force-only --measured m.csv --append n.csv --out d", &[]);
 }
 
-/// The runs with six rows of a lift-off at the end of each, in a tenth of a second; relaxed tissue pushes back with half of the force that it
-/// had at the same depth on the way in.
+/// The runs with six rows of a lift-off at the end of each; relaxed tissue pushes back with half of the force that it had at the same
+/// depth on the way in.
 fn lifted(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     let names: Vec<&str> = lines[0].split(',').collect();
@@ -203,12 +203,11 @@ fn lifted(text: &str) -> String {
     for (k, line) in lines.iter().enumerate().skip(1) {
         out += &format!("{line}\n");
         let is_last = lines.get(k + 1).is_none_or(|next| run(next) != run(line));
+        let time = |k: usize| lines[k].split(',').nth(1).unwrap().parse::<f64>().unwrap();
         for step in (1..=6).filter(|_| is_last).map(f64::from) {
-            let left = 1.0 - step / 6.0;
+            let (left, later_s) = (1.0 - step / 6.0, step * (time(k) - time(k - 1)));
             let cell = |(cell, name): (&str, &&str)| match *name {
-                "t_s" | "contact_time_s" | "occlusion_time_s" => {
-                    (cell.parse::<f64>().unwrap() + 0.02 * step).to_string()
-                }
+                "t_s" | "contact_time_s" | "occlusion_time_s" => (cell.parse::<f64>().unwrap() + later_s).to_string(),
                 "depth_mm" => (cell.parse::<f64>().unwrap() * left).to_string(),
                 name if FORCES.contains(&name) => (cell.parse::<f64>().unwrap() * 0.5 * left * left).to_string(),
                 _ => cell.to_owned(),

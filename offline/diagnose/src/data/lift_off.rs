@@ -43,11 +43,12 @@ fn last_held(run: &Run, first: usize, end: usize) -> Option<usize> {
     let held_to = |i: usize| {
         let until_s = rows[i].t_s + LOOK_AHEAD * contact_s;
         let to = (i + 1..rows.len()).take_while(|j| *j == i + 1 || rows[*j].t_s <= until_s).last()?;
-        let falls = |j: usize| {
-            let allowed = HELD.max(SLOW * (rows[j].t_s - rows[i].t_s) / contact_s);
-            rows[i].depth_mm - rows[j].depth_mm > allowed * deepest_mm
-        };
-        (rows[i].depth_mm >= LEAST_DEPTH * deepest_mm && !(i + 1..=to).any(falls)).then_some(first + to)
+        let fall_mm = |j: usize| rows[i].depth_mm - rows[j].depth_mm;
+        let falls = |j: usize| fall_mm(j) > HELD.max(SLOW * (rows[j].t_s - rows[i].t_s) / contact_s) * deepest_mm;
+        let is_held = rows[i].depth_mm >= LEAST_DEPTH * deepest_mm && !(i + 1..=to).any(falls);
+        // The rows after it up to the first one that is not as deep.
+        let level = (to + 1..rows.len()).take_while(|j| fall_mm(*j) <= HELD * deepest_mm);
+        is_held.then(|| first + level.last().unwrap_or(to))
     };
     (0..rows.len()).rev().find_map(held_to)
 }

@@ -106,7 +106,7 @@ const GROUPS: [(&[&str], [f64; 5]); 7] = [
 const NOT_LOGGED: [&str; 2] = ["min", "nm"];
 
 /// Gain in 2 log likelihood from which on a unit is proposed.
-const PROPOSED: f64 = 5.0;
+const PROPOSED: f64 = 4.0;
 /// Gain from which on a file that has another unit than the other one is refused: two files of one finger are alike.
 const REFUSED: f64 = 12.0;
 /// Gain from which on two files of one unit are refused: no finger is like them.
@@ -339,7 +339,7 @@ mod tests {
     fn strokes(other: bool, change: impl Fn(&mut RawRow)) -> RunSet {
         set(|row| {
             row.t_s *= if other { 0.03 } else { 0.1 };
-            let [stiffness, friction] = if other { [0.8, 1.6] } else { [1.0, 1.0] };
+            let [stiffness, friction] = if other { [0.9, 1.1] } else { [1.0, 1.0] };
             row.force_n = [stiffness * row.force_n[0], friction * row.force_n[1], friction * row.force_n[2]];
             change(row);
         })
@@ -414,6 +414,6 @@ mod tests {
         assert!(message.contains("--unit measured:t=us converts"), "{message}");
         let halved = strokes(true, |row| row.force_n = row.force_n.map(|f| 0.5 * f));
         let text = check_units([&calibration, &halved], ROLES).unwrap().unwrap().text;
-        assert!(text.contains("at one depth it is 0.4 times") && text.contains("another gain"), "{text}");
+        assert!(text.contains("at one depth it is 0.45 times") && text.contains("another gain"), "{text}");
     }
 }
