@@ -13,8 +13,8 @@ use anyhow::anyhow;
 use fingerpad::build::Data;
 use fingerpad_diagnose::laws::{Column, run_columns::template};
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, InputFile, LawsFile, Options,
-    PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, IMPLAUSIBLE, InputFile, LawsFile,
+    Options, PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces,
     preflight_report,
 };
 use fingerpad_formats as formats;
@@ -71,8 +71,14 @@ fn table(args: &Args, path: &Path) -> Result<(), Failure> {
 }
 
 /// Says what was understood of the files and what they can test.
-fn check(calibration: &Path, measured: &[SessionFile], map: &ColumnMap, laws: &LawsFile) -> Result<(), Failure> {
-    let sets = [("calibration", read_mapped(calibration, map)?), ("measured", read_union(measured, map)?.0)];
+fn check(
+    calibration: &Path,
+    measured: &[SessionFile],
+    [calibration_map, map]: [&ColumnMap; 2],
+    laws: &LawsFile,
+) -> Result<(), Failure> {
+    let sets =
+        [("calibration", read_mapped(calibration, calibration_map)?), ("measured", read_union(measured, map)?.0)];
     for (role, set) in &sets {
         println!("{role}: {}: {} runs, {} rows", set.path.display(), set.runs_read, set.rows_read);
         set.notes.iter().for_each(|note| println!("  {note}"));
@@ -103,7 +109,7 @@ fn forces(args: &Args) -> Result<(), Failure> {
         }
     }
     prepare(args, &folders.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-    let map = args.column_map(&LawsFile::default())?;
+    let map = args.column_map(&LawsFile::default(), "measured")?;
     for (path, out) in args.measured.iter().zip(&folders) {
         let trace = fingerpad_diagnose::trace_csv::read(path, &map)?;
         let found = during("forces", |_| diagnose_forces(&trace, args.alpha));
@@ -155,8 +161,8 @@ fn model_and_options(args: &Args) -> Result<(Data, ReferenceCurves, Options), Fa
 /// Diagnoses several fingers together.
 fn fingers(args: &Args, list: &Path) -> Result<(), Failure> {
     let (_, reference, options) = model_and_options(args)?;
-    let map = args.column_map(&options.own)?;
-    group::run(args, list, &map, &reference, &options)
+    let maps = [args.column_map(&options.own, "calibration")?, args.column_map(&options.own, "measured")?];
+    group::run(args, list, &maps, &reference, &options)
 }
 
 /// Diagnoses measured runs.
@@ -169,21 +175,23 @@ fn runs(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("--calibration is missing")));
     };
     let (data, reference, options) = model_and_options(args)?;
-    let map = args.column_map(&options.own)?;
+    let [calibration_map, map, holdout_map] =
+        ["calibration", "measured", "holdout"].map(|role| args.column_map(&options.own, role));
+    let (calibration_map, map, holdout_map) = (calibration_map?, map?, holdout_map?);
     let session = args.session(measured_path)?;
     if args.check {
-        return check(calibration_path, &session, &map, &options.own);
+        return check(calibration_path, &session, [&calibration_map, &map], &options.own);
     }
     prepare(args, &[args.out()])?;
     let before = earlier(args);
-    let calibration = read_mapped(calibration_path, &map)?;
+    let calibration = read_mapped(calibration_path, &calibration_map)?;
     let (measured, parts) = read_union(&session, &map)?;
     let mut held: Option<InputFile> = None;
     let (mut report, evidence) = during("diagnosis", |tell| {
         let open_holdout = || match &args.holdout {
             None => Ok(None),
             Some(path) => {
-                let set = read_mapped(path, &map)?;
+                let set = read_mapped(path, &holdout_map)?;
                 held = Some(input("holdout", &set));
                 Ok(Some(set))
             }
@@ -212,9 +220,10 @@ fn runs(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// The corrected model as a file, where an effect of the finger is claimed and held-out runs do not refuse it.
+/// The corrected model as a file, where an effect of the finger is claimed, held-out runs do not refuse it, and nothing is implausible.
 fn correct(report: &mut Diagnosis, data: &Data, reference: &ReferenceCurves, evidence: &Evidence) -> Option<Vec<u8>> {
-    if !evidence.has_claims() || report.holdout.refused_after_n.is_some() {
+    let is_implausible = report.cautions.iter().any(|caution| caution.kind == IMPLAUSIBLE);
+    if is_implausible || !evidence.has_claims() || report.holdout.refused_after_n.is_some() {
         return None;
     }
     match during("corrected model", |_| corrected_model(data, reference, evidence)) {

@@ -149,7 +149,7 @@ impl AlongPath {
 
 /// Measured runs with the columns that a model reads.
 fn read_runs(path: &Path, file: &File<'_>, model_name: &str) -> Result<RunSet, Failure> {
-    let map = ColumnMap::parse_with(own_columns(file), None, None).map_err(|e| Failure::Input(anyhow!(e)))?;
+    let map = ColumnMap::parse_with(own_columns(file), None, None, "").map_err(|e| Failure::Input(anyhow!(e)))?;
     let set = super::diagnose::read_mapped(outputs::input(path), &map)?;
     // The others are counted from the motion if the file does not have them.
     let of_skin = [Column::Hydration, Column::Temperature, Column::Width];

@@ -37,6 +37,7 @@ pub use data::rotation::Rotation;
 pub use data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 pub use data::runs_csv::{FilePart, SessionFile};
 pub use data::suspicions::suspicions;
+pub use data::yardsticks::check_units;
 pub use data::{runs_csv, trace_csv};
 pub use error::DiagnoseError;
 pub use laws::{LawsFile, OwnColumn, OwnFormula, TableSummary};
@@ -46,9 +47,9 @@ pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report}
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
     FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter, GroupDiagnosis,
-    GroupVerdict, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated, PlannedRun,
-    Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability, UnexplainedFound, Verdict,
-    minutes,
+    GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated,
+    PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability,
+    UnexplainedFound, Verdict, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};

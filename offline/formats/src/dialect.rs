@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 
 /// Characters that separate cells, with their names.
-const SEPARATORS: [(char, &str); 3] = [(',', "comma"), (';', "semicolon"), ('\t', "tab")];
+pub const SEPARATORS: [(char, &str); 3] = [(',', "comma"), (';', "semicolon"), ('\t', "tab")];
 
 /// Rows by which a separator is found.
 const ROWS: usize = 20;

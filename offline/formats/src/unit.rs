@@ -36,7 +36,7 @@ const fn unit(name: &'static str, of: Quantity, factor: f64, offset: f64) -> Uni
 const MOISTURE_SCALE_AU: f64 = 130.0;
 
 /// All units; the first of a quantity is the program's.
-const UNITS: [Unit; 35] = [
+const UNITS: [Unit; 36] = [
     unit("mm", Quantity::Length, 1.0, 0.0),
     unit("m", Quantity::Length, 1e3, 0.0),
     unit("cm", Quantity::Length, 10.0, 0.0),
@@ -57,6 +57,7 @@ const UNITS: [Unit; 35] = [
     unit("s", Quantity::Time, 1.0, 0.0),
     unit("ms", Quantity::Time, 1e-3, 0.0),
     unit("us", Quantity::Time, 1e-6, 0.0),
+    unit("ns", Quantity::Time, 1e-9, 0.0),
     unit("min", Quantity::Time, 60.0, 0.0),
     unit("mm/s", Quantity::Speed, 1.0, 0.0),
     unit("m/s", Quantity::Speed, 1e3, 0.0),

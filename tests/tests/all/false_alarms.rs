@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use fingerpad_diagnose::{
-    ColumnMap, LawsFile, PlanConstraints, RunSet, check, diagnose_forces, runs_csv, suspicions, trace_csv,
+    ColumnMap, LawsFile, PlanConstraints, RunSet, check, check_units, diagnose_forces, runs_csv, suspicions, trace_csv,
     varied_in_calibration,
 };
 use fingerpad_tests::synthetic_truth::effects::{LIBRARY, place};
@@ -34,6 +34,14 @@ fn cautions(set: &RunSet) -> Vec<String> {
     }
 }
 
+/// What is said of the units of two files of a finger.
+fn unit_cautions(calibration: &RunSet, measured: &RunSet) -> Option<String> {
+    match check_units([calibration, measured], ["calibration", "measured"]) {
+        Ok(found) => found.map(|caution| caution.text),
+        Err(error) => Some(error.to_string()),
+    }
+}
+
 /// Files of both simulators, all protocols, levels and laws: no suspicion, no sign of exchanged roles; all exchanged
 /// ones give one.
 #[test]
@@ -54,6 +62,10 @@ fn correct_synthetic_files_raise_no_suspicion() {
                     );
                 }
                 pairs += 1;
+                let units = [&case.measured, &case.holdout].map(|set| unit_cautions(&case.calibration, set));
+                alarms.extend(
+                    units.into_iter().flatten().map(|text| format!("{simulator:?} {protocol:?} {seed}: {text}")),
+                );
                 if !varied_in_calibration(&case.calibration, &case.measured, &own).is_empty() {
                     alarms.push(format!("{simulator:?} {protocol:?} {seed}: exchanged"));
                 }
@@ -74,10 +86,12 @@ fn stored_files_raise_no_suspicion() {
     let [calibration, measured, holdout] =
         ["calibration", "measured", "holdout"].map(|name| read(root.join(format!("data/examples/{name}.csv"))));
     let mut alarms: Vec<String> = [&calibration, &measured, &holdout].into_iter().flat_map(cautions).collect();
+    alarms.extend([&measured, &holdout].into_iter().filter_map(|set| unit_cautions(&calibration, set)));
     assert!(varied_in_calibration(&calibration, &measured, &own).is_empty());
     for set in fe_sets::sets() {
         let (calibration, measured) = (set.calibration(), set.measured());
         alarms.extend([&calibration, &measured].into_iter().flat_map(cautions));
+        alarms.extend(unit_cautions(&calibration, &measured));
         assert!(varied_in_calibration(&calibration, &measured, &own).is_empty(), "{}", set.file);
     }
     let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();

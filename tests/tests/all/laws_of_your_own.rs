@@ -220,7 +220,7 @@ fn under_changing_voltage(case: &Case, seed: u64, law: &str, size: f64) -> RunSe
     let path = std::env::temp_dir().join(format!("changing-voltage-{law}-{seed}-{}.csv", std::process::id()));
     std::fs::write(&path, out).unwrap();
     let laws = LawsFile::parse("mine.toml".as_ref(), CHANGING_VOLTAGE).unwrap();
-    let map = ColumnMap::parse_with(laws.columns, None, None).unwrap();
+    let map = ColumnMap::parse_with(laws.columns, None, None, "").unwrap();
     let read = runs_csv::read_mapped(&path, &map, &mut |_| true).unwrap();
     std::fs::remove_file(&path).unwrap();
     read

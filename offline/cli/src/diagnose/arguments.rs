@@ -103,7 +103,7 @@ pub struct Args {
     /// Laws of your own: formulas over drivers and further columns (TOML), see docs/laws-of-your-own.md
     #[arg(long, value_name = "MINE.toml", conflicts_with_all = ["force_only", "table"])]
     pub(super) laws: Option<PathBuf>,
-    /// Level of the sign-flip test
+    /// Level of the tests of a law
     #[arg(long, default_value_t = 0.01)]
     pub(super) alpha: f64,
     /// Seed of the sign flips
@@ -148,8 +148,8 @@ pub struct Args {
     /// The same as the rotation matrix from the sensor frame to the contact frame, nine numbers row by row
     #[arg(long, value_name = "R11,R12,...,R33", allow_hyphen_values = true, conflicts_with = "table")]
     pub(super) sensor_matrix: Option<String>,
-    /// Units of columns that are not in mm, N, s, mm/s, C, deg, au: um, cm, m, in, mN, gf, kgf, ms, us, min, um/s, K, F, rad,
-    /// fraction and others
+    /// Units of columns that are not in mm, N, s, mm/s, C, deg, au: um, cm, m, in, mN, gf, kgf, lbf, ms, us, ns, min, um/s, K,
+    /// F, rad, fraction and others; measured:depth=um holds for --measured alone, as calibration: and holdout: do for theirs
     #[arg(long, value_name = "depth=um,normal=mN")]
     pub(super) unit: Option<String>,
     /// Say what was understood and what can be tested, and diagnose nothing
@@ -226,14 +226,14 @@ impl Args {
         Ok(PlanConstraints { can_set: (!can_set.is_empty()).then_some(can_set), least_rest_s: self.least_rest_s })
     }
 
-    /// Names, units and frame of the columns.
-    pub(super) fn column_map(&self, laws: &LawsFile) -> Result<ColumnMap, Failure> {
+    /// Names, units and frame of the columns in the files of a role.
+    pub(super) fn column_map(&self, laws: &LawsFile, role: &str) -> Result<ColumnMap, Failure> {
         let refused = |problem: String| Failure::Input(anyhow!(problem));
         let of_angles = self.sensor_rpy_deg.as_deref().map(Rotation::from_rpy_deg);
         let rotation = of_angles.or_else(|| self.sensor_matrix.as_deref().map(Rotation::from_matrix));
         let rotation = rotation.transpose().map_err(refused)?;
-        let map =
-            ColumnMap::parse_with(laws.columns.clone(), self.map.as_deref(), self.unit.as_deref()).map_err(refused)?;
+        let (map, unit) = (self.map.as_deref(), self.unit.as_deref());
+        let map = ColumnMap::parse_with(laws.columns.clone(), map, unit, role).map_err(refused)?;
         Ok(map.turned_by(rotation))
     }
 

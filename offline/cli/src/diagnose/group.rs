@@ -54,7 +54,7 @@ fn read_list(path: &Path) -> anyhow::Result<Vec<Line>> {
 pub fn run(
     args: &Args,
     path: &Path,
-    map: &ColumnMap,
+    maps: &[ColumnMap; 2],
     reference: &ReferenceCurves,
     options: &Options,
 ) -> Result<(), Failure> {
@@ -69,8 +69,8 @@ pub fn run(
     for (line, [calibration, measured]) in lines.iter().zip(&files) {
         fingers.push(FingerSets {
             name: line.finger.clone(),
-            calibration: read_mapped(calibration, map)?,
-            measured: read_mapped(measured, map)?,
+            calibration: read_mapped(calibration, &maps[0])?,
+            measured: read_mapped(measured, &maps[1])?,
         });
     }
     let report = during("group", |tell| diagnose_group(&fingers, reference, options, &mut |stage| tell(stage)))?;

@@ -91,7 +91,8 @@ pub fn write_reduced(
     for (kind, text) in report::diagnosis::cautions(&found.report) {
         println!("{kind}: {}: {text}", path.display());
     }
-    println!("{}: verdict: {}", path.display(), report::diagnosis::word(&found.report));
+    let only = if found.report.verdict == Verdict::None { " (of a tare; nothing else was looked for)" } else { "" };
+    println!("{}: verdict: {}{only}", path.display(), report::diagnosis::word(&found.report));
     found.sentences.iter().for_each(|s| println!("{s}"));
     Ok(())
 }

@@ -192,3 +192,48 @@ fn appended_files_that_do_not_belong_there_are_refused() {
     }
     folder.refused("diagnose --force-only --measured m.csv --append n.csv --out d", &[]);
 }
+
+/// The runs with six rows of a lift-off at the end of each; relaxed tissue pushes back with half of the force that it had at the same
+/// depth on the way in.
+fn lifted(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    let names: Vec<&str> = lines[0].split(',').collect();
+    let run = |line: &str| line.split(',').next().unwrap().to_owned();
+    let mut out = format!("{}\n", lines[0]);
+    for (k, line) in lines.iter().enumerate().skip(1) {
+        out += &format!("{line}\n");
+        let is_last = lines.get(k + 1).is_none_or(|next| run(next) != run(line));
+        let time = |k: usize| lines[k].split(',').nth(1).unwrap().parse::<f64>().unwrap();
+        for step in (1..=6).filter(|_| is_last).map(f64::from) {
+            let (left, later_s) = (1.0 - step / 6.0, step * (time(k) - time(k - 1)));
+            let cell = |(cell, name): (&str, &&str)| match *name {
+                "t_s" | "contact_time_s" | "occlusion_time_s" => (cell.parse::<f64>().unwrap() + later_s).to_string(),
+                "depth_mm" => (cell.parse::<f64>().unwrap() * left).to_string(),
+                name if FORCES.contains(&name) => (cell.parse::<f64>().unwrap() * 0.5 * left * left).to_string(),
+                _ => cell.to_owned(),
+            };
+            out += &(line.split(',').zip(&names).map(cell).collect::<Vec<_>>().join(",") + "\n");
+        }
+    }
+    out
+}
+
+#[test]
+fn rows_of_the_lift_off_are_left_out_with_a_note() {
+    let folder = Folder::with(&[("c.csv", CALIBRATION), ("m.csv", MEASURED)]);
+    let (_, plain) = diagnose(&folder, "", "plain");
+    folder.write("c.csv", lifted(CALIBRATION));
+    folder.write("m.csv", lifted(MEASURED));
+    let (stdout, report) = diagnose(&folder, "", "lifted");
+    for role in ["calibration", "measured"] {
+        assert!(
+            stdout.contains(&format!("note: 80 rows of 16 runs of the {role} set after the last hold")),
+            "{stdout}"
+        );
+    }
+    assert_eq!(report["verdict"], plain["verdict"]);
+    assert_eq!(report["effects"][0]["law"], plain["effects"][0]["law"]);
+    let pointer = "/effects/0/parameters/0/value";
+    let [found, wanted] = [&report, &plain].map(|report| number(report, pointer));
+    assert!((found / wanted - 1.0).abs() < 0.05, "{found} {wanted}");
+}

@@ -98,28 +98,7 @@ pub fn check(set: &RunSet) -> Result<(), DiagnoseError> {
             ),
         ));
     }
-    if most > 20.0 {
-        return Err(unusable(
-            set,
-            format!(
-                "line {}, column depth_mm: up to {} mm into a fingertip; is the column in micrometres (--unit depth=um)?",
-                line_of(set, |r| deepest(r).0 == most),
-                significant(most, 4)
-            ),
-        ));
-    }
-    if most < 0.02 {
-        return Err(unusable(
-            set,
-            format!(
-                "line {}, column depth_mm: at most {} mm; is the column in metres (--unit depth=m)?",
-                set.runs[0].line,
-                significant(most, 4)
-            ),
-        ));
-    }
     units_within(set)?;
-    possible_forces(set)?;
     columns(set)?;
     friction_follows_motion(set)
 }
@@ -161,10 +140,6 @@ fn depth_is_turned(set: &RunSet) -> bool {
     2 * set.runs.iter().filter(|run| is_turned(run)).count() > set.runs.len()
 }
 
-fn line_of(set: &RunSet, pick: impl Fn(&Run) -> bool) -> usize {
-    set.runs.iter().find(|r| pick(r)).map_or(1, |r| r.line)
-}
-
 /// A run whose depth, force or slide is hundreds of times that of the others has another unit.
 fn units_within(set: &RunSet) -> Result<(), DiagnoseError> {
     type Quantity = (&'static str, fn(&Run) -> f64);
@@ -189,32 +164,6 @@ fn units_within(set: &RunSet) -> Result<(), DiagnoseError> {
         }
     }
     Ok(())
-}
-
-/// Normal force over depth of a fingertip, N/mm: bounds that no finger or artificial fingertip comes near. The fingertip of
-/// the shipped model has 0.5 N/mm at 0.9 mm.
-const POSSIBLE_N_PER_MM: [f64; 2] = [1e-3, 100.0];
-
-/// Forces that no fingertip has at these depths are in another unit.
-fn possible_forces(set: &RunSet) -> Result<(), DiagnoseError> {
-    let ratios = set.runs.iter().map(deepest).map(|(depth_mm, [normal_n, ..])| normal_n.abs() / depth_mm);
-    let Some(middle) = median(ratios) else { return Ok(()) };
-    let [low, high] = POSSIBLE_N_PER_MM;
-    let unit = if middle > high {
-        "millinewtons"
-    } else if middle < low {
-        "kilonewtons"
-    } else {
-        return Ok(());
-    };
-    Err(unusable(
-        set,
-        format!(
-            "line {}, column normal_force_n: about {middle:.4} N per mm of depth, where a fingertip has some tenths: are the \
-             forces in {unit}?",
-            set.runs[0].line
-        ),
-    ))
 }
 
 /// Least share of the friction on an axis by which its sign is judged.
@@ -332,26 +281,6 @@ fn columns(set: &RunSet) -> Result<(), DiagnoseError> {
     Ok(())
 }
 
-/// Checks that two sets of one experiment have the same units.
-pub fn check_pair(calibration: &RunSet, measured: &RunSet) -> Result<(), DiagnoseError> {
-    type Quantity = (&'static str, fn(&Run) -> f64);
-    let quantities: [Quantity; 2] = [("depth_mm", |r| deepest(r).0), ("normal_force_n", |r| deepest(r).1[0].abs())];
-    for (column, of) in quantities {
-        let [a, b] = [calibration, measured].map(|set| median(set.runs.iter().map(of)).unwrap_or(f64::NAN));
-        if !(b < 100.0 * a && a < 100.0 * b) {
-            return Err(unusable(
-                measured,
-                format!(
-                    "line {}, column {column}: about {b:.4}, in {} about {a:.4}: mixed units?",
-                    measured.runs[0].line,
-                    calibration.path.display()
-                ),
-            ));
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 pub mod tests {
     use super::*;
@@ -390,15 +319,6 @@ pub mod tests {
         assert!(check(&all.subset(|run| run < 5)).is_ok());
         let message = check(&all.subset(|run| run < 4)).unwrap_err().to_string();
         assert!(message.contains("4 runs where at least 5 are needed"), "{message}");
-    }
-
-    #[test]
-    fn forces_in_another_unit_are_refused_with_a_hint() {
-        assert!(check(&set(|_| ())).is_ok());
-        let message = refusal(|row| row.force_n = row.force_n.map(|f| 1000.0 * f));
-        assert!(message.contains("normal_force_n") && message.contains("millinewtons"), "{message}");
-        let message = refusal(|row| row.force_n = row.force_n.map(|f| 0.001 * f));
-        assert!(message.contains("kilonewtons"), "{message}");
     }
 
     #[test]

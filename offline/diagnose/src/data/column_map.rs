@@ -24,6 +24,9 @@ struct Entry {
     unit: Option<Unit>,
 }
 
+/// Files that pairs may be for.
+const ROLES: [&str; 3] = ["calibration", "measured", "holdout"];
+
 fn column_of(key: &str) -> Result<&'static str, String> {
     let key = key.trim();
     RUN_COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(
@@ -42,19 +45,28 @@ impl ColumnMap {
     /// # Errors
     /// A sentence that names the pair that cannot be used.
     pub fn parse(map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
-        Self::parse_with(Vec::new(), map, units)
+        Self::parse_with(Vec::new(), map, units, "")
     }
 
     /// The same for files that have columns of the user's own.
     ///
+    /// * `role`: of the file; pairs like `measured:depth=um` hold for the files of one role alone
+    ///
     /// # Errors
     /// Those of [`ColumnMap::parse`].
-    pub fn parse_with(own: Vec<OwnColumn>, map: Option<&str>, units: Option<&str>) -> Result<Self, String> {
+    pub fn parse_with(own: Vec<OwnColumn>, map: Option<&str>, units: Option<&str>, role: &str) -> Result<Self, String> {
         let mut out = Self { entries: Vec::new(), own, rotation: None };
         for (flag, text) in [("--map", map), ("--unit", units)] {
             for pair in text.unwrap_or("").split(',').filter(|p| !p.trim().is_empty()) {
                 let (key, value) = pair.split_once('=').ok_or_else(|| format!("{flag}: `{pair}` is not KEY=VALUE"))?;
+                let (only, key) = key.split_once(':').map_or((role, key), |(only, key)| (only.trim(), key));
+                if only != role && !ROLES.contains(&only) {
+                    return Err(format!("{flag}: `{only}:` is not one of {}:", ROLES.join(":, ")));
+                }
                 let column = out.column_of(key).map_err(|problem| format!("{flag}: {problem}"))?;
+                if only != role {
+                    continue;
+                }
                 let column = column.as_str();
                 let entry = out.entry(column);
                 let value = value.trim();
@@ -133,6 +145,11 @@ impl ColumnMap {
         }
     }
 
+    /// The columns that are converted, with the factor of their unit.
+    pub fn factors(&self) -> Vec<(String, f64)> {
+        self.entries.iter().filter_map(|e| Some((e.column.clone(), e.unit?.factor))).collect()
+    }
+
     /// What was understood, one line a column.
     pub fn used(&self) -> Vec<String> {
         let of = |e: &Entry| {
@@ -172,9 +189,22 @@ mod tests {
             (None, Some("hydration=ppm"), "au, fraction, %"),
             (None, Some("depth=um,depth_mm=mm"), "twice"),
             (None, Some("run=mm"), "run_id"),
+            (None, Some("mesured:depth=um"), "calibration:, measured:, holdout:"),
+            (None, Some("measured:depht=um"), "depht"),
         ] {
             let message = ColumnMap::parse(map, units).unwrap_err();
             assert!(message.contains(word), "{message}");
         }
+    }
+
+    #[test]
+    fn pairs_may_be_for_the_files_of_one_role() {
+        let unit = Some("t=ms,measured:normal=lbf,calibration:depth=um");
+        let of = |role| ColumnMap::parse_with(Vec::new(), Some("measured:depth=Z"), unit, role).unwrap();
+        let (calibration, measured) = (of("calibration"), of("measured"));
+        assert_eq!((calibration.name("depth_mm"), measured.name("depth_mm")), ("depth_mm", "Z"));
+        assert_eq!((calibration.value("normal_force_n", 1.0), measured.value("depth_mm", 1.0)), (1.0, 1.0));
+        assert_eq!((measured.value("t_s", 1e3), calibration.value("t_s", 1e3)), (1.0, 1.0));
+        assert!((measured.value("normal_force_n", 1.0) - 4.448).abs() < 1e-3);
     }
 }

@@ -14,6 +14,12 @@ use crate::schema::Caution;
 /// Place among the optional columns of the first one that holds text.
 const LABELS: usize = 8;
 
+/// Whether a column of this name in the file is read.
+pub fn is_read(map: &ColumnMap, name: &str) -> bool {
+    let own = map.own().iter().filter(|c| c.derived.is_none()).map(|c| c.name.as_str());
+    REQUIRED.into_iter().chain(OPTIONAL).chain(own).any(|column| map.name(column) == name)
+}
+
 /// Where each known column stands.
 pub struct ColumnPlaces {
     required: [usize; REQUIRED.len()],
@@ -33,15 +39,13 @@ impl ColumnPlaces {
     /// # Errors
     /// [`Error`] for a column that is missing or comes twice.
     pub fn of(path: &Path, map: &ColumnMap, rows: &CsvRows<'_>) -> Result<Self, Error> {
-        let own = || map.own().iter().filter(|c| c.derived.is_none()).map(|c| c.name.as_str());
-        let ours =
-            |name: &str| REQUIRED.into_iter().chain(OPTIONAL).chain(own()).any(|column| map.name(column) == name);
+        let ours = |name: &str| is_read(map, name);
         rows.refuse_duplicates(ours)?;
         let names = rows.header();
         let find = |name: &str| names.iter().position(|n| n == map.name(name));
         let mut required = [0; REQUIRED.len()];
         for (slot, name) in required.iter_mut().zip(REQUIRED) {
-            *slot = find(name).ok_or_else(|| missing_column(path, map, name, names, ours))?;
+            *slot = find(name).ok_or_else(|| missing_column(rows, map, name, ours))?;
         }
         let mut cautions = Vec::new();
         for name in OPTIONAL.iter().filter(|name| find(name).is_none()) {

@@ -1,4 +1,5 @@
-//! Rows of a CSV file, plain or compressed by gzip, in any dialect that is clear: separators, decimals, a row of units.
+//! Rows of a CSV file, plain or compressed by gzip, in any dialect that is clear: separators, decimals, a row of units, UTF-16, lines of a
+//! logger above the header.
 //!
 //! Main type: [`CsvRows`]; main function: [`missing_column`].
 
@@ -6,7 +7,7 @@ use std::io::{Chain, Cursor, Read};
 use std::path::Path;
 
 use fingerpad_formats::Error;
-use fingerpad_formats::dialect::{Decimals, separator};
+use fingerpad_formats::dialect::{Decimals, SEPARATORS, separator, split};
 use fingerpad_formats::unit::{UnitCell, check_units_row, is_units_row};
 use flate2::read::MultiGzDecoder;
 
@@ -15,6 +16,8 @@ use crate::laws::run_columns::RUN_COLUMNS;
 
 /// First bytes of a file compressed by gzip (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+/// First bytes of a ZIP file, as workbooks are.
+const ZIP_MAGIC: [u8; 2] = *b"PK";
 /// Bytes of text by which a file's separator is found.
 const HEAD_BYTES: u64 = 1 << 16;
 
@@ -27,19 +30,99 @@ pub struct CsvRows<'a> {
     header: Vec<String>,
     decimals: Decimals,
     units_row: Option<usize>,
+    /// Lines above the header, and why the file is not plain UTF-8.
+    above: usize,
+    encoding: Option<&'static str>,
+    /// Columns up to the last one that is read, and cells of the first row.
+    needed: usize,
+    cells: Option<usize>,
+}
+
+/// The text of bytes in UTF-16 with a byte-order mark, and what it is called.
+fn of_utf16(bytes: &[u8]) -> Option<(String, &'static str)> {
+    let (name, unit): (_, fn([u8; 2]) -> u16) = match bytes {
+        [0xff, 0xfe, ..] => ("UTF-16, little-endian", u16::from_le_bytes),
+        [0xfe, 0xff, ..] => ("UTF-16, big-endian", u16::from_be_bytes),
+        _ => return None,
+    };
+    let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+    Some((String::from_utf16_lossy(&units), name))
+}
+
+/// A cell without byte-order mark, blanks and quotes.
+fn bare(cell: &str) -> &str {
+    cell.trim_start_matches('\u{feff}').trim().trim_matches('"')
+}
+
+/// Whether all cells of a line, of two and more, are numbers; empty ones at its end do not count.
+fn is_row(cells: &[&str]) -> bool {
+    let number = |cell: &&str| bare(cell).replace(',', ".").parse::<f64>().is_ok();
+    let filled = cells.iter().rposition(|cell| !bare(cell).is_empty()).map_or(0, |last| last + 1);
+    filled > 1 && cells[..filled].iter().all(number)
+}
+
+/// Number and first byte of the line of the header: the first line that has two of our columns, or else that above the rows of numbers
+/// with as many cells. `Err` with a row's number and text where nothing stands above it.
+fn header_of(head: &str, ours: impl Fn(&str) -> bool) -> Result<(usize, usize), (usize, &str)> {
+    let mut byte = 0;
+    let lines: Vec<(usize, &str)> = head
+        .split_inclusive('\n')
+        .map(|line| {
+            let start = byte;
+            byte += line.len();
+            (start, line.trim_end())
+        })
+        .collect();
+    let known = |line: &str| {
+        let count = |c: char| split(line, c).iter().filter(|cell| ours(bare(cell))).count();
+        SEPARATORS.iter().any(|(c, _)| count(*c) > 1)
+    };
+    if let Some(number) = lines.iter().position(|(_, line)| known(line)) {
+        return Ok((number, lines[number].0));
+    }
+    // A decimal comma separates cells as well as a comma does, so that commas come last.
+    let separators = [';', '\t', ','];
+    let row = lines
+        .iter()
+        .enumerate()
+        .find_map(|(number, (_, line))| separators.into_iter().find(|c| is_row(&split(line, *c))).map(|c| (number, c)));
+    let Some((row, separator)) = row else { return Ok((0, 0)) };
+    let cells = |line: &str| split(line, separator).len();
+    let names = |(_, line): &&(usize, &str)| cells(line) == cells(lines[row].1);
+    match lines[..row].iter().rev().take_while(names).count() {
+        0 if lines[..row].iter().all(|(_, line)| line.is_empty()) => Err((row, lines[row].1)),
+        0 => Ok((0, 0)),
+        above => Ok((row - above, lines[row - above].0)),
+    }
+}
+
+/// What a file without a header is told.
+fn no_header(row: &str) -> String {
+    const SHOWN: usize = 60;
+    let shown: String = row.chars().take(SHOWN).collect();
+    let more = if shown.len() < row.len() { "…" } else { "" };
+    format!(
+        "no header: the first row is `{shown}{more}`; write a line with the names of its columns above it, as Time,Fx,Fy,Fz in the \
+         order of the cells; --map t=Time,x=Fx,y=Fy,normal=Fz says which is which"
+    )
 }
 
 impl<'a> CsvRows<'a> {
     /// Reads the header.
     ///
     /// * `source`: the file's bytes
+    /// * `ours`: whether a column of this name is read
     ///
     /// # Errors
     /// [`Error`] with file and line.
-    pub fn open(path: &'a Path, mut source: impl Read + 'a) -> Result<Self, Error> {
+    pub fn open(path: &'a Path, mut source: impl Read + 'a, ours: impl Fn(&str) -> bool) -> Result<Self, Error> {
         let failed = |source| Error::File { path: path.to_path_buf(), source };
         let mut magic = Vec::new();
         source.by_ref().take(GZIP_MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
+        let line_error = |line, problem| Error::Line { path: path.to_path_buf(), line, problem };
+        if magic == ZIP_MAGIC {
+            return Err(line_error(1, "a workbook or archive, not text: save the sheet as CSV (UTF-8)".into()));
+        }
         let compressed = magic == GZIP_MAGIC;
         let bytes = Cursor::new(magic).chain(source);
         let mut text: Box<dyn Read + 'a> =
@@ -49,20 +132,49 @@ impl<'a> CsvRows<'a> {
             let lines = head.iter().filter(|b| **b == b'\n').count();
             return Err(read_error(path, compressed, lines, error));
         }
-        let line_error = |line, problem| Error::Line { path: path.to_path_buf(), line, problem };
-        let separator = separator(&String::from_utf8_lossy(&head)).map_err(|problem| line_error(1, problem))?;
+        let mut encoding = None;
+        if of_utf16(&head).is_some() {
+            text.read_to_end(&mut head).map_err(|error| read_error(path, compressed, 1, error))?;
+            if let Some((decoded, name)) = of_utf16(&head) {
+                (head, encoding) = (decoded.into_bytes(), Some(name));
+            }
+        }
+        let lines = String::from_utf8_lossy(&head);
+        let found = header_of(&lines, &ours);
+        let (above, start) = found.map_err(|(row, text)| line_error(row + 1, no_header(text)))?;
+        let separator = separator(&lines[start..]).map_err(|problem| line_error(above + 1, problem))?;
+        // Bytes that are no UTF-8 are longer in `lines`: the header starts after as many line ends.
+        let line_ends = head.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(i, _)| i + 1);
+        let start = std::iter::once(0).chain(line_ends).nth(above).unwrap_or(0);
+        head.drain(..start);
         let mut reader = csv::ReaderBuilder::new()
             .flexible(true)
             .trim(csv::Trim::All)
             .delimiter(separator as u8)
             .from_reader(Cursor::new(head).chain(text));
-        let bare = |name: &str| name.trim_start_matches('\u{feff}').trim().trim_matches('"').to_owned();
-        let header = match reader.headers() {
-            Ok(header) => header.iter().map(bare).collect(),
-            Err(error) => return Err(csv_error(path, compressed, 1, error)),
+        let mut header: Vec<String> = match reader.headers() {
+            Ok(header) => header.iter().map(|name| bare(name).to_owned()).collect(),
+            Err(error) => return Err(csv_error(path, compressed, above, above + 1, error)),
         };
+        header.truncate(header.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1));
+        let needed = header.iter().rposition(|name| ours(name)).map_or(0, |last| last + 1);
         let (record, decimals) = (csv::StringRecord::new(), Decimals::new(separator));
-        Ok(Self { path, reader, compressed, record, header, decimals, units_row: None })
+        let (units_row, cells) = (None, None);
+        Ok(Self { path, reader, compressed, record, header, decimals, units_row, above, encoding, needed, cells })
+    }
+
+    /// Line of the header.
+    pub fn header_line(&self) -> usize {
+        self.above + 1
+    }
+
+    /// Whether the present row has as many cells as the first one, and that one as many as the header; empty cells at the end, and
+    /// columns there that are not read, do not count.
+    fn is_complete(&mut self) -> bool {
+        let filled = (0..self.record.len()).rev().find(|i| !self.record[*i].is_empty()).map_or(0, |last| last + 1);
+        let found = self.record.len();
+        let expected = *self.cells.get_or_insert(found.clamp(self.needed, self.header.len().max(self.needed)));
+        filled <= expected && found >= expected
     }
 
     /// Names of the columns.
@@ -75,7 +187,12 @@ impl<'a> CsvRows<'a> {
         for (i, name) in self.header.iter().enumerate().filter(|(_, name)| ours(name)) {
             if let Some(before) = self.header[..i].iter().position(|other| other == name) {
                 let places = [before + 1, i + 1];
-                return Err(Error::Duplicate { path: self.path.to_path_buf(), line: 1, column: name.clone(), places });
+                return Err(Error::Duplicate {
+                    path: self.path.to_path_buf(),
+                    line: self.header_line(),
+                    column: name.clone(),
+                    places,
+                });
             }
         }
         Ok(())
@@ -88,9 +205,9 @@ impl<'a> CsvRows<'a> {
     pub fn next(&mut self, map: &ColumnMap, numbers: &[(&str, usize)]) -> Result<Option<usize>, Error> {
         let first = self.record.position().is_none();
         loop {
-            let before = self.reader.position().line() as usize;
+            let before = self.above + self.reader.position().line() as usize;
             let read = self.reader.read_record(&mut self.record);
-            if !read.map_err(|e| csv_error(self.path, self.compressed, before, e))? {
+            if !read.map_err(|e| csv_error(self.path, self.compressed, self.above, before, e))? {
                 let end = self.decimals.finish();
                 end.map_err(|(line, problem)| Error::Line { path: self.path.to_path_buf(), line, problem })?;
                 return Ok(None);
@@ -99,7 +216,7 @@ impl<'a> CsvRows<'a> {
                 continue;
             }
             let line = self.line();
-            if self.record.len() != self.header.len() {
+            if !self.is_complete() {
                 return Err(Error::CellCount {
                     path: self.path.to_path_buf(),
                     line,
@@ -133,7 +250,7 @@ impl<'a> CsvRows<'a> {
     }
 
     fn line(&self) -> usize {
-        self.record.position().map_or(0, |p| p.line() as usize)
+        self.record.position().map_or(0, |p| self.above + p.line() as usize)
     }
 
     /// Text of a cell of the present row.
@@ -172,7 +289,12 @@ impl<'a> CsvRows<'a> {
     /// How the file was read, where that is not as this program writes files.
     pub fn notes(&self) -> Vec<String> {
         let units = self.units_row.map(|line| format!("line {line}: a row of units, which are those of the columns"));
-        self.decimals.note().into_iter().chain(units).collect()
+        let encoding = self.encoding.map(|name| format!("read as {name}"));
+        let above = (self.above > 0).then(|| {
+            let (line, lines) = (self.header_line(), if self.above == 1 { "line" } else { "lines" });
+            format!("line {line}: the header; the {lines} above it ({}) are not read", self.above)
+        });
+        [encoding, above, self.decimals.note(), units].into_iter().flatten().collect()
     }
 }
 
@@ -191,13 +313,8 @@ pub fn like<'h>(name: &str, header: &'h [String], ours: impl Fn(&str) -> bool) -
 }
 
 /// The error for a column that the header lacks; it names the option that helps.
-pub fn missing_column(
-    path: &Path,
-    map: &ColumnMap,
-    column: &str,
-    header: &[String],
-    ours: impl Fn(&str) -> bool,
-) -> Error {
+pub fn missing_column(rows: &CsvRows<'_>, map: &ColumnMap, column: &str, ours: impl Fn(&str) -> bool) -> Error {
+    let header = rows.header();
     let (name, key) = (map.name(column), short(column));
     let hint = match like(name, header, ours) {
         Some((other, true)) => {
@@ -210,11 +327,11 @@ pub fn missing_column(
         }
         None => format!("`{name}` (--map {key}=COLUMN gives its name in the file)"),
     };
-    Error::MissingColumn { path: path.to_path_buf(), line: 1, column: hint }
+    Error::MissingColumn { path: rows.path.to_path_buf(), line: rows.header_line(), column: hint }
 }
 
-fn csv_error(path: &Path, compressed: bool, line: usize, error: csv::Error) -> Error {
-    let at = error.position().map_or(line, |p| p.line() as usize);
+fn csv_error(path: &Path, compressed: bool, above: usize, line: usize, error: csv::Error) -> Error {
+    let at = error.position().map_or(line, |p| above + p.line() as usize);
     match error.into_kind() {
         csv::ErrorKind::Utf8 { .. } => Error::NotText { path: path.to_path_buf(), line: at },
         csv::ErrorKind::Io(error) => read_error(path, compressed, line, error),
@@ -236,4 +353,91 @@ fn read_error(path: &Path, compressed: bool, line: usize, source: std::io::Error
         format!("the gzip file is damaged after this line: {source}; copy or download it again")
     };
     Error::Line { path, line: line.max(1), problem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::trace_csv::{self, Trace};
+
+    const MAP: &str = "t=Time,x=Fx,y=Fy,normal=Fz";
+
+    /// Forty rows with this header.
+    fn plain() -> String {
+        let row = |k: i32| {
+            let t = f64::from(k) / 50.0;
+            format!("{t:.3},{:.4},{:.4},{:.4},{k}\n", 0.3 * t.sin(), 0.3 * t.cos(), 1.0 + 0.2 * t)
+        };
+        "Time,Fx,Fy,Fz,Tz\n".to_owned() + &(0..40).map(row).collect::<String>()
+    }
+
+    fn read(name: &str, bytes: &[u8], map: &str) -> Result<Trace, String> {
+        let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
+        std::fs::write(&path, bytes).unwrap();
+        let read = trace_csv::read(&path, &ColumnMap::parse(Some(map), None).unwrap());
+        std::fs::remove_file(&path).unwrap();
+        read.map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn lines_above_the_header_encodings_and_empty_columns_are_read_with_a_note() {
+        let plain = plain();
+        let wanted = read("plain", plain.as_bytes(), MAP).unwrap();
+        assert_eq!((wanted.rows.len(), wanted.notes.len()), (40, 0));
+        let german = plain.replace(',', ";").replace('.', ",");
+        let tabs = plain.replace(',', "\t");
+        let lvm = format!(
+            "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\n***End_of_Header***\t\n\t\nChannels\t4\t\t\t\t\nSamples\t40\t40\t40\t40\n\
+             ***End_of_Header***\t\n{}",
+            tabs.replacen("Tz\n", "Tz\tComment\n", 1).replace("Time", "X_Value")
+        );
+        let tribometer = format!("Test name;finger on glass\nDate;2024-01-01\n\n{german}");
+        let trailing = plain.replace('\n', ",,\n");
+        let ragged = plain.replacen("Tz\n", "Tz,,\n", 1);
+        let utf16 = |text: &str, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            format!("\u{feff}{text}").encode_utf16().flat_map(bytes).collect()
+        };
+        for (name, bytes, map, notes) in [
+            ("comments", format!("# ATI Nano17, rate\n# 50 Hz\n{plain}").into_bytes(), MAP, vec!["line 3: the header"]),
+            (
+                "sep",
+                format!("sep=;\n{german}").into_bytes(),
+                MAP,
+                vec!["line 2: the header; the line above", "semicolon"],
+            ),
+            ("lvm", lvm.into_bytes(), "t=X_Value,x=Fx,y=Fy,normal=Fz", vec!["line 9: the header", "tab"]),
+            ("tribometer", tribometer.into_bytes(), MAP, vec!["line 4: the header", "decimal commas"]),
+            ("trailing", trailing.into_bytes(), MAP, vec![]),
+            ("ragged", ragged.into_bytes(), MAP, vec![]),
+            ("utf16le", utf16(&tabs, u16::to_le_bytes), MAP, vec!["little-endian", "tab"]),
+            ("utf16be", utf16(&format!("x\n{plain}"), u16::to_be_bytes), MAP, vec!["big-endian", "line 2: the header"]),
+        ] {
+            let found = read(name, &bytes, map).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(found.rows, wanted.rows, "{name}");
+            assert_eq!(found.notes.len(), notes.len(), "{name}: {:?}", found.notes);
+            assert!(
+                found.notes.iter().zip(&notes).all(|(found, said)| found.contains(said)),
+                "{name}: {:?}",
+                found.notes
+            );
+        }
+    }
+
+    #[test]
+    fn lines_are_counted_from_the_first_one_of_the_file() {
+        let refused = |name: &str, text: String, map: &str, words: &[&str]| {
+            let message = read(name, text.as_bytes(), map).unwrap_err();
+            assert!(words.iter().all(|word| message.contains(word)), "{name}: {message}");
+        };
+        let plain = plain();
+        let rows = plain.split_once('\n').unwrap().1;
+        refused("bad-cell", format!("# one\n# two\n{}", plain.replacen("0.020,", "0.0x0,", 1)), MAP, &[":5:", "0.0x0"]);
+        refused("short", format!("# one\n{}", plain.replacen(",1.0040,1\n", "\n", 1)), MAP, &[":4:", "3 cells"]);
+        refused("long", plain.replacen(",1\n", ",1,7\n", 1), MAP, &[":3:", "6 cells"]);
+        // A header without our names stands above the rows of numbers, below lines of other kinds.
+        refused("names", format!("a test\n\n{plain}"), "t=t,x=Fx", &[":3:", "no column `t`"]);
+        refused("bare", rows.into(), MAP, &[":1:", "no header", "0.000,0.0000,0.3000", "--map t=Time"]);
+        refused("german", rows.replace(',', ";").replace('.', ","), MAP, &[":1:", "no header", "0,000;0,0000"]);
+        refused("workbook", "PK\u{3}\u{4}xl".into(), MAP, &["save the sheet as CSV"]);
+    }
 }

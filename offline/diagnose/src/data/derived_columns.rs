@@ -108,7 +108,7 @@ mod tests {
         }
         let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
         std::fs::write(&path, text).unwrap();
-        let map = ColumnMap::parse_with(laws.columns, None, None).unwrap();
+        let map = ColumnMap::parse_with(laws.columns, None, None, "").unwrap();
         let set = runs_csv::read_mapped(&path, &map, &mut |_| true).map_err(|e| e.to_string());
         std::fs::remove_file(&path).unwrap();
         set

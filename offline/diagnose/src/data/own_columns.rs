@@ -103,7 +103,7 @@ mod tests {
         let head = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,U";
         std::fs::write(&path, format!("{head}\na,0,0.1,0,0,0,0,0,{}\na,1,0.2,0,0,0,0,0,{}\n", cells[0], cells[1]))
             .unwrap();
-        let map = ColumnMap::parse_with(laws().columns, Some("voltage_v=U"), None).unwrap();
+        let map = ColumnMap::parse_with(laws().columns, Some("voltage_v=U"), None, "").unwrap();
         let set = runs_csv::read_mapped(&path, &map, &mut |_| true).map_err(|e| e.to_string());
         std::fs::remove_file(&path).unwrap();
         set
@@ -123,7 +123,9 @@ mod tests {
             let message = read("bad", cells).unwrap_err();
             assert!(words.iter().all(|word| message.contains(word)), "{message}");
         }
-        assert!(ColumnMap::parse_with(laws().columns, None, Some("voltage_v=kV")).unwrap_err().contains("voltage_v"));
+        assert!(
+            ColumnMap::parse_with(laws().columns, None, Some("voltage_v=kV"), "").unwrap_err().contains("voltage_v")
+        );
     }
 
     #[test]

@@ -231,6 +231,7 @@ impl RunAssembler {
         let thinned = self.report(&path).into_iter();
         RunSet {
             cautions: thinned.map(|text| caution("thinned", text)).collect(),
+            factors: Vec::new(),
             notes: note(self.equal_stamps).into_iter().collect(),
             runs: self.runs.into_iter().map(|(_, run)| run).collect(),
             left_out: self.left_out,

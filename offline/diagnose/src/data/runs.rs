@@ -164,6 +164,8 @@ pub struct RunSet {
     pub left_out: Vec<(String, usize, Content)>,
     /// State columns that every row has.
     pub recorded: Vec<Column>,
+    /// Columns that the reader converted, with the factor of their unit in the file.
+    pub factors: Vec<(String, f64)>,
     /// Remarks of the reader.
     pub notes: Vec<String>,
     /// What the reader did, reported before the verdict; without a role.
@@ -333,6 +335,11 @@ impl RunSet {
         }
     }
 
+    /// Factor of the unit in which a column stands in the file.
+    pub fn factor(&self, column: &str) -> f64 {
+        self.factors.iter().find(|(name, _)| name == column).map_or(1.0, |(_, factor)| *factor)
+    }
+
     /// Takes note of the user's own columns that no row lacks.
     pub fn recognise(&mut self, own: &[Column]) {
         let place_of = |c: &Column| if let Column::Own { place, .. } = c { usize::from(*place) } else { OWN };
@@ -377,6 +384,7 @@ impl RunSet {
             runs,
             left_out: Vec::new(),
             recorded,
+            factors: Vec::new(),
             notes,
             cautions: Vec::new(),
             rows_read,

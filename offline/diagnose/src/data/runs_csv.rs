@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 use fingerpad_formats::Error;
 
 use crate::data::column_map::ColumnMap;
-use crate::data::column_places::ColumnPlaces;
+use crate::data::column_places::{ColumnPlaces, is_read};
 use crate::data::csv_text::CsvRows;
 use crate::data::derived_columns::compute_derived;
 pub use crate::data::run_assembler::KEPT_ROWS;
@@ -118,6 +118,7 @@ pub fn read_union(
     let mut set = assembler.into_set(PathBuf::from(names.join(" + ")));
     set.notes.splice(0..0, notes.into_iter().chain(map.used()));
     set.cautions.splice(0..0, cautions);
+    set.factors = map.factors();
     set.rows_read = parts.iter().map(|part| part.rows_read).sum();
     set.sha256.clone_from(&parts[0].sha256);
     compute_derived(&mut set, map.own())?;
@@ -144,7 +145,7 @@ fn read_text(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<FileRead, ReadError> {
     let path = &file.path;
-    let mut rows = CsvRows::open(path, source)?;
+    let mut rows = CsvRows::open(path, source, |name| is_read(map, name))?;
     let columns = ColumnPlaces::of(path, map, &rows)?;
     let numbers = columns.numbers();
     let numbers: Vec<(&str, usize)> = numbers.iter().map(|(name, place)| (name.as_str(), *place)).collect();

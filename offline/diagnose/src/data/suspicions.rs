@@ -1,4 +1,4 @@
-//! Units and signs that the readings themselves call into doubt, each with the factor and the option that would correct it.
+//! Units and signs that columns by themselves call into doubt, each with the factor and the option that would correct it.
 //!
 //! A file that contradicts itself (two clocks, two speeds) is refused; values that no finger has are warned of. Every rule
 //! looks for values that lie outside of the ranges that experiments on fingers have, so that correct files raise none.
@@ -6,11 +6,13 @@
 //! Main functions: [`suspicions`] (of measured runs), [`of_trace`] (of forces alone).
 
 use fingerpad_formats::significant;
+use fingerpad_formats::unit::{Unit, units_of};
 
 use crate::data::csv_text::short;
 use crate::data::median;
 use crate::data::runs::{Run, RunSet};
 use crate::data::trace_csv::TraceRow;
+use crate::data::yardsticks::speed_mm_s;
 use crate::error::DiagnoseError;
 use crate::laws::{Column, Row};
 use crate::schema::Caution;
@@ -52,14 +54,6 @@ const RULES: [Rule; 7] = [
     rule(Column::Hydration, [1e-3, 1.3], "fraction", "the factor 130", "corneometers read 5 to 130 a.u."),
 ];
 
-/// Normal force over depth that no fingertip has, N/mm, and gram-force has: the fingertip of the shipped model has 0.5 at
-/// 0.9 mm, human fingertips stay below 5. Above it the forces are refused.
-const GRAM_FORCE_N_PER_MM: [f64; 2] = [15.0, 100.0];
-/// Friction over normal force beyond which one of them is in another unit.
-const POSSIBLE_FRICTION: [f64; 2] = [0.01, 50.0];
-/// Speed below which, and contact time above which, a clock that nothing contradicts is in milliseconds: mm/s and s.
-const MILLISECONDS: [f64; 2] = [0.02, 600.0];
-
 /// Median of the finite values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     median::median(values.filter(|v| v.is_finite()))
@@ -79,12 +73,9 @@ fn caution(set: &RunSet, column: &str, text: &str) -> Caution {
 /// # Errors
 /// [`DiagnoseError::Unusable`] for columns that contradict each other.
 pub fn suspicions(set: &RunSet) -> Result<Vec<Caution>, DiagnoseError> {
-    let clock_is_checked = clocks(set)?;
+    clocks(set)?;
     speeds(set)?;
-    let mut out: Vec<Caution> = if clock_is_checked { None } else { milliseconds(set) }.into_iter().collect();
-    out.extend(RULES.iter().filter_map(|rule| out_of_range(set, rule)));
-    out.extend(forces(set));
-    Ok(out)
+    Ok(RULES.iter().filter_map(|rule| out_of_range(set, rule)).collect())
 }
 
 fn out_of_range(set: &RunSet, rule: &Rule) -> Option<Caution> {
@@ -105,11 +96,8 @@ fn out_of_range(set: &RunSet, rule: &Rule) -> Option<Caution> {
     })
 }
 
-/// Units of time with their length in seconds.
-const TIMES: [(&str, f64); 3] = [("ms", 1e-3), ("us", 1e-6), ("min", 60.0)];
-
-/// Compares the clock with the columns that follow it. Returns whether one of them confirms it.
-fn clocks(set: &RunSet) -> Result<bool, DiagnoseError> {
+/// Compares the clock with the columns that follow it.
+fn clocks(set: &RunSet) -> Result<(), DiagnoseError> {
     let in_contact = |run: &Run| -> Option<(Row, Row)> {
         let first = run.rows.iter().find(|r| r.depth_mm > 0.0)?;
         let last = run.rows.iter().rev().find(|r| r.depth_mm > 0.0)?;
@@ -134,7 +122,7 @@ fn clocks(set: &RunSet) -> Result<bool, DiagnoseError> {
     for (column, ratio, within) in columns {
         let Some(ratio) = ratio else { continue };
         let is = |factor: f64| ratio < factor * within && ratio > factor / within;
-        for (unit, seconds) in TIMES {
+        for Unit { name: unit, factor: seconds, .. } in units_of("t_s").skip(1).copied() {
             let wrong = if is(1.0 / seconds) {
                 "t_s"
             } else if is(seconds) {
@@ -154,92 +142,37 @@ fn clocks(set: &RunSet) -> Result<bool, DiagnoseError> {
             });
         }
     }
-    // Without a column of its own the contact time is derived from the clock.
-    let derived =
-        |run: &Run| in_contact(run).is_some_and(|(a, b)| b.t_s - a.t_s == b.contact_time_s - a.contact_time_s);
-    Ok(columns[1].1.is_some() || columns[2].1.is_some() || !set.runs.iter().all(derived))
-}
-
-/// Speed of a run by its positions and clock, mm/s.
-fn speed_of_positions(run: &Run) -> Option<f64> {
-    let sliding = (1..run.rows.len()).filter(|i| run.rows[*i].speed_mm_s > 0.0);
-    median(sliding.map(|i| {
-        let [x, y] = run.increment(i);
-        x.hypot(y) / (run.rows[i].t_s - run.rows[i - 1].t_s)
-    }))
+    Ok(())
 }
 
 /// Compares the speed that the file states with that of its positions.
 fn speeds(set: &RunSet) -> Result<(), DiagnoseError> {
-    let ratio = |run: &Run| Some(speed_of_positions(run)? / run.value(Column::Speed));
+    let ratio = |run: &Run| Some(speed_mm_s(run)? / run.value(Column::Speed));
     let Some(ratio) = median(set.runs.iter().filter_map(ratio).filter(|r| *r > 0.0)) else { return Ok(()) };
-    let is = |factor: f64| ratio < 1.3 * factor && ratio > factor / 1.3;
-    let ways = [
-        (1e-3, "--unit speed=um/s if the positions are right, --unit t=ms if the speed is"),
-        (1e3, "--unit speed=m/s converts it"),
-        (10.0, "--unit speed=cm/s converts it"),
-    ];
-    let Some((_, way)) = ways.iter().find(|(factor, _)| is(*factor)) else { return Ok(()) };
+    // What the factor of a column's unit does to the ratio.
+    let ways = [("speed_mm_s", 1.0), ("t_s", 1.0), ("slide_x_mm", -1.0)].into_iter().flat_map(|(column, power)| {
+        units_of(column).skip(1).map(move |unit| (column, unit.name, unit.factor.powf(power)))
+    });
+    let options: Vec<String> = ways
+        .filter(|(_, _, factor)| (ratio / factor).ln().abs() < 1.3f64.ln())
+        .map(|(column, unit, _)| match column {
+            "slide_x_mm" => format!("--unit slide_x={unit},slide_y={unit}"),
+            column => format!("--unit {}={unit}", short(column)),
+        })
+        .collect();
+    if options.is_empty() {
+        return Ok(());
+    }
     Err(DiagnoseError::Unusable {
         path: set.path.clone(),
         problem: format!(
-            "line {}, column speed_mm_s: positions and clock give {} times the speed that the column states: {way}",
+            "line {}, column speed_mm_s: positions and clock give {} times the speed that the column states: {}, whichever column is in \
+             that unit, converts it",
             set.runs[0].line,
-            significant(ratio, 3)
+            significant(ratio, 3),
+            options.join(" or ")
         ),
     })
-}
-
-/// A clock whose runs are slower and longer than those of experiments on fingers.
-fn milliseconds(set: &RunSet) -> Option<Caution> {
-    let speed = median(set.runs.iter().filter_map(speed_of_positions))?;
-    let seconds = median(set.runs.iter().map(|run| {
-        let mut times = run.rows.iter().filter(|r| r.depth_mm > 0.0).map(|r| r.t_s);
-        let first = times.next().unwrap_or(f64::NAN);
-        times.next_back().map_or(f64::NAN, |last| last - first)
-    }))?;
-    (speed < MILLISECONDS[0] && seconds > MILLISECONDS[1]).then(|| {
-        let text = format!(
-            "a run's contact lasts {} s in the median and the plate slides at {} mm/s; the factor 0.001 would make both \
-             plausible: is the clock in ms? --unit t=ms converts it.",
-            significant(seconds, 3),
-            significant(speed, 2)
-        );
-        caution(set, "t_s", &text)
-    })
-}
-
-/// Forces that gram-force would explain, and friction of another unit than the normal force.
-fn forces(set: &RunSet) -> Vec<Caution> {
-    let stiffness = |run: &Run| {
-        let read = run.rows.iter().zip(&run.force_n).filter(|(_, f)| f[0].is_finite());
-        let (row, force) = read.max_by(|a, b| a.0.depth_mm.total_cmp(&b.0.depth_mm))?;
-        Some(force[0] / row.depth_mm)
-    };
-    let mut out = Vec::new();
-    let [low, high] = GRAM_FORCE_N_PER_MM;
-    if let Some(n_per_mm) = median(set.runs.iter().filter_map(stiffness)).filter(|v| *v >= low && *v < high) {
-        let text = format!(
-            "{} N per mm of depth in the median of the runs, where fingertips have 0.2 to 5; the factor 0.00981 would make \
-             it plausible: are the forces in gram-force? --unit normal=gf,x=gf,y=gf converts them.",
-            significant(n_per_mm, 2)
-        );
-        out.push(caution(set, "normal_force_n", &text));
-    }
-    let coefficient = |run: &Run| {
-        let slides = |(row, _): &(&Row, &[f64; 3])| row.turn_mm > 1.0 && row.depth_mm > 0.0;
-        median(run.rows.iter().zip(&run.force_n).filter(slides).map(|(_, f)| f[1].hypot(f[2]) / f[0].abs()))
-    };
-    let [low, high] = POSSIBLE_FRICTION;
-    if let Some(ratio) = median(set.runs.iter().filter_map(coefficient)).filter(|v| !(*v >= low && *v < high)) {
-        let text = format!(
-            "friction is {} times the normal force in the median of the runs, where fingers have 0.1 to 5: are \
-             normal_force_n and friction_x_n, friction_y_n in different units? --unit x=mN,y=mN, for example, converts them.",
-            significant(ratio, 2)
-        );
-        out.push(caution(set, "friction_x_n", &text));
-    }
-    out
 }
 
 /// Largest force of a trace, its 95th percentile, that fingers on a force plate have, N.
@@ -266,8 +199,26 @@ pub fn of_trace(rows: &[TraceRow]) -> Vec<String> {
             significant(largest, 3)
         ));
     }
+    out.extend(clock_of_trace(rows));
     out.extend(exchanged_axes(rows, largest));
     out
+}
+
+/// Steps between rows that a trace of a moving finger has, s.
+const TRACE_STEP_S: [f64; 2] = [5e-5, 0.3];
+
+/// A clock whose steps are longer than those of a moving finger's log.
+fn clock_of_trace(rows: &[TraceRow]) -> Option<String> {
+    let step_s = median(rows.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).filter(|step| *step > 0.0))?;
+    let [least_s, most_s] = TRACE_STEP_S;
+    let fits = |unit: &&Unit| (least_s..most_s).contains(&(step_s * unit.factor));
+    let unit = units_of("t_s").skip(1).find(fits).filter(|_| step_s > most_s)?;
+    Some(format!(
+        "The rows are {} s apart; the factor {} would make that plausible: is the clock in {name}? --unit t={name} converts it.",
+        significant(step_s, 3),
+        unit.factor,
+        name = unit.name
+    ))
 }
 
 /// A normal force that changes its sign in contact, beside a tangential one that is larger and never does.
@@ -325,22 +276,12 @@ mod tests {
     #[test]
     fn values_of_another_unit_are_told_with_their_factor_and_option() {
         type Change = fn(&mut RawRow);
-        let cases: [(Change, &str, &str); 8] = [
+        let cases: [(Change, &str, &str); 5] = [
             (|r| r.temperature_c += 273.15, "temperature_c", "--unit temperature=K"),
             (|r| r.temperature_c = 1.8 * r.temperature_c + 32.0, "temperature_c", "--unit temperature=F"),
             (|r| r.finger_width_mm *= 0.1, "finger_width_mm", "--unit finger_width=cm"),
             (|r| r.finger_width_mm *= 1e-3, "finger_width_mm", "--unit finger_width=m"),
             (|r| r.hydration_au /= 130.0, "hydration_au", "--unit hydration=fraction"),
-            (|r| r.force_n = r.force_n.map(|f| 101.97 * f), "normal_force_n", "--unit normal=gf,x=gf,y=gf"),
-            (|r| (r.force_n[1], r.force_n[2]) = (1e3 * r.force_n[1], 1e3 * r.force_n[2]), "friction_x_n", "mN"),
-            (
-                |r| {
-                    r.t_s *= 1e4;
-                    (r.contact_time_s, r.occlusion_time_s) = (f64::NAN, f64::NAN);
-                },
-                "t_s",
-                "--unit t=ms",
-            ),
         ];
         for (change, column, said) in cases {
             let found = suspicions(&usual(change)).unwrap();
@@ -352,14 +293,17 @@ mod tests {
     #[test]
     fn columns_that_contradict_the_clock_are_refused() {
         type Change = fn(&mut RawRow);
-        let cases: [(Change, &str); 4] = [
+        let cases: [(Change, &str); 7] = [
+            (|r| r.t_s *= 1e9, "contact_time_s counts 1: t_s is in ns; --unit t=ns"),
             (|r| r.t_s *= 1e3, "contact_time_s counts 1: t_s is in ms; --unit t=ms"),
             (|r| r.contact_time_s *= 1e3, "contact_time_s is in ms; --unit contact_time=ms"),
             (
                 |r| (r.t_s, r.contact_time_s) = (1e3 * r.t_s, 1e3 * r.contact_time_s),
                 "occlusion_time_s counts 1: t_s is in ms",
             ),
-            (|r| r.speed_mm_s = 3000.0, "--unit speed=um/s"),
+            (|r| r.speed_mm_s = 3000.0, "--unit speed=um/s or --unit t=ms or --unit slide_x=m,slide_y=m"),
+            (|r| r.speed_mm_s = 30.0, "--unit slide_x=cm,slide_y=cm"),
+            (|r| r.speed_mm_s = 76.2, "--unit slide_x=in,slide_y=in"),
         ];
         for (change, said) in cases {
             let message = suspicions(&usual(change)).unwrap_err().to_string();
@@ -368,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_alone_in_another_unit_or_on_other_axes_are_told() {
+    fn forces_alone_in_another_unit_or_on_another_clock_or_axes_are_told() {
         // A finger that presses with 0.5 to 1.5 N and moves in circles.
         let trace = |of: fn([f64; 3]) -> [f64; 3]| -> Vec<TraceRow> {
             let row = |i: i32| {
@@ -387,6 +331,12 @@ mod tests {
         ] {
             let found = of_trace(&trace(of));
             assert!(found.len() == 1 && found[0].contains(said), "{said}: {found:?}");
+        }
+        for (unit, factor) in [("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
+            let mut rows = trace(|f| f);
+            rows.iter_mut().for_each(|row| row.t_s *= factor);
+            let found = of_trace(&rows);
+            assert!(found.len() == 1 && found[0].contains(&format!("--unit t={unit} converts")), "{unit}: {found:?}");
         }
     }
 }

@@ -47,13 +47,13 @@ pub fn read(path: &Path, map: &ColumnMap) -> Result<Trace, Error> {
     };
     let names = WANTED.map(|column| map.name(column).to_owned());
     let file = File::open(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
-    let mut cells = CsvRows::open(path, BufReader::new(file))?;
     let ours = |name: &str| names.iter().any(|n| n == name);
+    let mut cells = CsvRows::open(path, BufReader::new(file), ours)?;
     cells.refuse_duplicates(ours)?;
     let mut at = [("", 0); 4];
     for (slot, column) in at.iter_mut().zip(WANTED) {
         let place = cells.header().iter().position(|h| h == map.name(column));
-        *slot = (column, place.ok_or_else(|| missing_column(path, map, column, cells.header(), ours))?);
+        *slot = (column, place.ok_or_else(|| missing_column(&cells, map, column, ours))?);
     }
     let (mut rows, mut lines): (Vec<TraceRow>, Vec<usize>) = (Vec::new(), Vec::new());
     while let Some(line) = cells.next(map, &at)? {

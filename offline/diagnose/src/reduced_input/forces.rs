@@ -210,7 +210,12 @@ fn sentences(fit: &TareFit, verdict: Verdict) -> Vec<String> {
     } else if verdict == Verdict::Ambiguous {
         out.push(format!("This trace shows too little to separate a tare from none: x {}, y {}.", value(1), value(2)));
     } else {
-        out.push(format!("No tangential tare that these rows could show: x {}, y {}.", value(1), value(2)));
+        out.push(format!(
+            "No tangential tare that these rows could show: x {}, y {}. Nothing but a tare was looked for: the laws of the finger need \
+             its depth and the path of the plate.",
+            value(1),
+            value(2)
+        ));
     }
     out.push(match (fit.sliding, fit.friction_tared) {
         (Sliding::OneDirection, _) => {
@@ -221,6 +226,11 @@ fn sentences(fit: &TareFit, verdict: Verdict) -> Vec<String> {
         (Sliding::OffRing, _) => {
             "No friction coefficient: the forces do not show that the finger slides, because half the rows lie more than a quarter of the radius \
              off the ring around the tare."
+                .into()
+        }
+        (Sliding::NotWithLoad, _) => {
+            "No friction coefficient: friction turns but does not follow the normal force, as that of a held object that is turned does, and \
+             nothing shows that the finger slides. Let it slide under loads that differ."
                 .into()
         }
         (Sliding::Shown, Some([tared, open])) => format!(
@@ -259,6 +269,7 @@ mod tests {
     use crate::data::column_map::ColumnMap;
     use crate::data::median::median;
     use crate::data::trace_csv;
+    use crate::reduced_input::air::RowsInAir;
 
     fn trace(name: &str) -> Vec<TraceRow> {
         let path = format!("{}/data/human_texture_exploration/{name}.csv", env!("CARGO_MANIFEST_DIR"));
@@ -285,14 +296,84 @@ mod tests {
 
     /// Forces of a finger on a plate, 20 a second, as a function of the time.
     fn made(rows: usize, force_n: impl Fn(f64) -> [f64; 3]) -> Vec<TraceRow> {
+        logged(20.0, rows, 0.01, force_n)
+    }
+
+    /// The same at a rate and with a noise.
+    fn logged(hz: f64, rows: usize, noise_n: f64, force_n: impl Fn(f64) -> [f64; 3]) -> Vec<TraceRow> {
         let row = |k: usize| {
-            let t_s = k as f64 / 20.0;
+            let t_s = k as f64 / hz;
             // A pattern of the size of the noise that has no period in common with the motion.
-            let noise = |c: usize| 0.01 * ((7.3 * t_s * (c + 3) as f64 + c as f64).sin() + (91.7 * t_s).cos());
+            let (k, t) = (k as f64 / 20.0, |c: usize| (c + 3) as f64);
+            let noise = |c: usize| noise_n * ((7.3 * k * t(c) + c as f64).sin() + (91.7 * k).cos());
             let f = force_n(t_s);
             TraceRow { t_s, force_n: [0, 1, 2].map(|c| f[c] + noise(c)) }
         };
         (0..rows).map(row).collect()
+    }
+
+    /// Rows with which a trace begins are a tare only where the finger is off the sensor in them.
+    #[test]
+    fn a_trace_that_starts_in_contact_has_no_rows_before_touch() {
+        let slides = |load: f64, angle: f64| [load, 0.7 * load * angle.cos(), 0.7 * load * angle.sin()];
+        let tared = |f: [f64; 3]| [f[0] + 0.3, f[1] - 0.2, f[2] + 0.1];
+        // A load that swells later, under which the finger moves from the start, or after a second and a half.
+        let load =
+            |t: f64| 0.36 + 0.04 * (9.0 * t).sin() + if t < 3.0 { 0.0 } else { 0.6 * (1.0 - (0.7 * (t - 3.0)).cos()) };
+        let moving = |t: f64| slides(load(t), 2.2 * (2.9 * t).sin());
+        let waiting = |t: f64| slides(if t < 1.5 { 0.36 } else { load(t) }, 2.2 * (1.3 * (t - 1.5).max(0.0)).sin());
+        // The same finger from the air, and one that comes down slowly.
+        let from_air = |t: f64| slides(load(t) * (t - 1.0).clamp(0.0, 1.0), 2.2 * (1.3 * t).sin());
+        let slowly = |t: f64| slides(0.1 * (t - 3.0).max(0.0), 0.5 * t);
+        for (hz, noise_n) in [(20.0, 0.01), (100.0, 0.002), (500.0, 0.0005)] {
+            let rows = (30.0 * hz) as usize;
+            for (name, touch_s, trace) in [
+                ("moving", None, logged(hz, rows, noise_n, |t| tared(moving(t)))),
+                ("moving, no tare", None, logged(hz, rows, noise_n, moving)),
+                ("waiting", None, logged(hz, rows, noise_n, |t| tared(waiting(t)))),
+                ("from air", Some(1.0), logged(hz, rows, noise_n, |t| tared(from_air(t)))),
+                ("slowly", Some(3.0), logged(hz, rows, noise_n, |t| tared(slowly(t)))),
+            ] {
+                let air = RowsInAir::of(&trace);
+                assert_eq!(air.is_some(), touch_s.is_some(), "{name} at {hz} Hz");
+                if let (Some(air), Some(touch_s)) = (air, touch_s) {
+                    let off: Vec<f64> = (0..3).map(|k| air.mean_n[k] - tared([0.0; 3])[k]).collect();
+                    assert!(off.iter().all(|v| v.abs() < 0.02), "{name} at {hz} Hz: {off:?}");
+                    assert!(
+                        (0.9 * hz * touch_s..1.4 * hz * touch_s).contains(&(air.rows as f64)),
+                        "{name}: {}",
+                        air.rows
+                    );
+                }
+                if hz < 50.0 {
+                    let text = diagnose_rows(&trace, 0.01).sentences.join(" ");
+                    assert_eq!(text.contains("rows before touch"), touch_s.is_some(), "{name}: {text}");
+                }
+            }
+        }
+    }
+
+    /// Objects of half a newton that are turned in the hand without slip, under a constant grip and grips that change.
+    #[test]
+    fn a_held_object_that_is_turned_has_no_friction_coefficient() {
+        let turned = |t: f64| 2.2 * (0.8 * t).sin();
+        let once = |t: f64| std::f64::consts::PI * ((t - 8.0) / 15.0).clamp(0.0, 1.0);
+        let grips: [(fn(f64) -> f64, fn(f64) -> f64, f64); 4] = [
+            (|_| 2.0, turned, 2.0),
+            (|t| 2.5 + 1.5 * (1.7 * t).sin(), turned, 2.0),
+            (|t| 2.0 + 0.2 * (3.0 * t).sin(), once, 2.0),
+            (|t| 2.0 + 0.2 * (3.0 * t).sin(), turned, -1.0),
+        ];
+        for (k, (grip, angle, air_s)) in grips.into_iter().enumerate() {
+            let trace = logged(25.0, 750, 0.007, |t| {
+                let on = ((t - air_s) / 0.5).clamp(0.0, 1.0);
+                [on * grip(t), on * 0.5 * angle(t).cos(), on * 0.5 * angle(t).sin()]
+            });
+            let found = diagnose_rows(&trace, 0.01);
+            let text = found.sentences.join(" ");
+            assert!(text.contains("No friction coefficient") && !text.contains("Median"), "{k}: {text}");
+            assert!(found.report.baseline.parameters.is_empty(), "{k}");
+        }
     }
 
     /// A finger that circles on the plate has a friction coefficient. One that holds a weight has none, however constant its ratio of forces

@@ -7,6 +7,8 @@
 //! The covariance allows for residuals that follow each other (Newey & West 1987), parts of the trace are left out in
 //! turn, and what was chosen without evidence (priors, which rows count as sliding) is varied.
 
+use std::ops::Range;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::data::median::{median, noise_from_neighbours};
@@ -77,18 +79,24 @@ pub struct TareFit {
 /// Evidence for sliding in a trace of forces alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sliding {
-    /// Friction turns, and stays on the ring while it does: the finger slides.
+    /// Friction turns, stays on the ring while it does, and follows the load: the finger slides.
     Shown,
     /// Friction keeps one direction, as a held object's weight does.
     OneDirection,
     /// Friction lies inside the ring as often as on it, as that of a finger that sticks.
     OffRing,
+    /// Friction turns without following the load, as that of a held object that is turned does.
+    NotWithLoad,
 }
 
 /// Length of the mean unit vector of friction from which on it keeps one direction.
 const ONE_DIRECTION: f64 = 0.9;
 /// Median distance from the ring, as a share of its radius, from which on friction is not that of a sliding finger.
 const OFF_RING: f64 = 0.25;
+/// Exponent of friction in the load from which on it follows the load: fingers have 0.5 to 1.
+const LEAST_EXPONENT: f64 = 0.3;
+/// Standard deviations by which that exponent must be known to be above zero.
+const KNOWN: f64 = 2.0;
 /// Smallest radius at which a ring can be distinguished from a point, in standard deviations of the row noise.
 const LEAST_RADIUS: f64 = 5.0;
 
@@ -110,9 +118,37 @@ impl Sliding {
         {
             Self::OffRing
         } else {
-            Self::Shown
+            let [exponent, sd] = load_exponent(trace, rows, p);
+            if exponent > LEAST_EXPONENT.max(KNOWN * sd) { Self::Shown } else { Self::NotWithLoad }
         }
     }
+}
+
+/// Exponent of friction in the load by a straight line through their logarithms, without a prior, and its standard deviation between
+/// parts of the trace.
+fn load_exponent(trace: &[TraceRow], rows: &[usize], p: &Vector) -> [f64; 2] {
+    let pair = |i: &usize| {
+        let [n, x, y] = trace[*i].force_n;
+        ((n - p[2]).max(0.02).ln(), (x - p[0]).hypot(y - p[1]).max(1e-6).ln())
+    };
+    let pairs: Vec<(f64, f64)> = rows.iter().map(pair).collect();
+    let slope = |left_out: Range<usize>| {
+        let kept = || pairs.iter().enumerate().filter(|(k, _)| !left_out.contains(k)).map(|(_, pair)| *pair);
+        let count = (pairs.len() - left_out.len()) as f64;
+        let mean = kept().fold((0.0, 0.0), |a, b| (a.0 + b.0 / count, a.1 + b.1 / count));
+        let (both, own) =
+            kept().fold((0.0, 0.0), |sum, (n, f)| (sum.0 + (n - mean.0) * (f - mean.1), sum.1 + (n - mean.0).powi(2)));
+        both / own.max(1e-12)
+    };
+    let without: Vec<f64> = parts(pairs.len()).map(slope).collect();
+    let mean = without.iter().sum::<f64>() / PARTS as f64;
+    let square = without.iter().map(|s| (s - mean).powi(2)).sum::<f64>();
+    [slope(0..0), (square * (PARTS - 1) as f64 / PARTS as f64).sqrt()]
+}
+
+/// The rows of each part of a trace that is left out in turn.
+fn parts(rows: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..PARTS).map(move |part| part * rows / PARTS..(part + 1) * rows / PARTS)
 }
 
 impl TareFit {
@@ -383,10 +419,9 @@ const T_95: f64 = 2.57;
 
 /// Standard deviations by leaving out each part in turn (jackknife).
 fn between_parts(rows: &[usize], trace: &[TraceRow], p: &Vector, noise_n: f64) -> Vector {
-    let fits: Vec<Vector> = (0..PARTS)
+    let fits: Vec<Vector> = parts(rows.len())
         .map(|part| {
-            let (from, to) = (part * rows.len() / PARTS, (part + 1) * rows.len() / PARTS);
-            let kept = (0..rows.len()).filter(|i| *i < from || *i >= to).map(|i| &trace[rows[i]].force_n).collect();
+            let kept = (0..rows.len()).filter(|i| !part.contains(i)).map(|i| &trace[rows[i]].force_n).collect();
             Ring { rows: kept, free: [true; P], prior: PRIOR }.fit(*p, noise_n).0
         })
         .collect();

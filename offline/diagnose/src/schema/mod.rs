@@ -327,11 +327,14 @@ pub struct InputFile {
     pub notes: Vec<String>,
 }
 
+/// Kind of a [`Caution`] on which no corrected model may rest.
+pub const IMPLAUSIBLE: &str = "implausible";
+
 /// A remark on the files that is reported before the verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Caution {
-    /// `exchanged`, `unit`, `ignored_column`, `thinned`, `reading`, `sensor_rail`, `spikes`, `outside_calibration`, `one_axis`,
-    /// `few_runs`, `too_small` or `scatter`.
+    /// `exchanged`, `unit`, `implausible`, `ignored_column`, `thinned`, `lift_off`, `reading`, `sensor_rail`, `spikes`, `outside_calibration`,
+    /// `one_axis`, `few_runs`, `clock`, `too_small` or `scatter`.
     pub kind: String,
     /// `calibration`, `measured` or `holdout`.
     pub role: String,

@@ -50,7 +50,7 @@ pub fn is_significant(
         && p_runs.p <= few_runs(law)
         && ((p_runs.p <= settings.alpha && p_model <= loosest(settings))
             || (p_model <= 1e-2 * settings.alpha && p_runs.p <= 0.25)
-            || (p_model <= 1e-9 && p_runs.p <= 0.5))
+            || (p_model <= 1e-7 * settings.alpha && p_runs.p <= 0.5))
 }
 
 /// Largest p of the sign flips of a law that fades along the stroke. At the onset of sliding a baseline's form is known

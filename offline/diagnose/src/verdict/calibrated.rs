@@ -17,7 +17,7 @@ use crate::statistics::calibration::{Calibration, calibrate};
 use crate::statistics::fit::FitStart;
 use crate::statistics::lag::{LagEstimate, estimate};
 use crate::verdict::checked::Checked;
-use crate::verdict::cleaning::{few_runs_cautions, off_rails, spike_caution, spikes_of};
+use crate::verdict::cleaning::{before_lift_off, few_runs_cautions, off_rails, spike_caution, spikes_of};
 use crate::verdict::decision::Basis;
 use crate::verdict::options::Options;
 
@@ -47,7 +47,8 @@ impl Calibrated {
     /// [`DiagnoseError`] where too little is left, or the calibration has no likelihood.
     pub fn new(checked: &Checked<'_>, reference: &ReferenceCurves, options: &Options) -> Result<Self, DiagnoseError> {
         let mut cautions: Vec<Caution> = few_runs_cautions(&checked.calibration, checked.measured).collect();
-        let set = off_rails(&checked.calibration, "calibration", &mut cautions)?;
+        let set = before_lift_off(&checked.calibration, "calibration", &mut cautions);
+        let set = off_rails(&set, "calibration", &mut cautions)?;
         let (calibration_set, calibration, flagged) = without_spikes(&set, reference);
         cautions.extend(spike_caution("calibration", &flagged, &set));
         let (calibration_set, calibration, lag) = without_lag(calibration_set, calibration, reference);
@@ -126,7 +127,7 @@ fn lag_of(lag: Option<LagEstimate>) -> Lag {
     lag.map_or_else(Lag::default, |found| found.lag)
 }
 
-/// A set measured after the calibration, with its lag, without readings at a rail and spikes.
+/// A set measured after the calibration, with its lag, without lift-offs, readings at a rail and spikes.
 fn cleaned(
     set: &RunSet,
     role: &str,
@@ -135,7 +136,8 @@ fn cleaned(
     reference: &ReferenceCurves,
     cautions: &mut Vec<Caution>,
 ) -> Result<RunSet, DiagnoseError> {
-    let off = off_rails(&with_lag(set, lag_of(lag)), role, cautions)?;
+    let pressed = before_lift_off(set, role, cautions);
+    let off = off_rails(&with_lag(&pressed, lag_of(lag)), role, cautions)?;
     let flagged = spikes_of(&off, calibration, reference);
     cautions.extend(spike_caution(role, &flagged, &off));
     Ok(without(&off, &flagged))

@@ -2,10 +2,11 @@
 //!
 //! Main type: [`Checked`].
 
-use crate::data::checks::{check, check_distinct, check_pair};
+use crate::data::checks::{check, check_distinct};
 use crate::data::own_columns::{at_reference, require};
 use crate::data::runs::RunSet;
 use crate::data::suspicions::suspicions;
+use crate::data::yardsticks::check_units;
 use crate::error::DiagnoseError;
 use crate::laws::LawsFile;
 use crate::schema::Caution;
@@ -32,10 +33,11 @@ impl<'a> Checked<'a> {
     pub fn new(calibration: &RunSet, measured: &'a RunSet, own: &LawsFile) -> Result<Self, DiagnoseError> {
         check(calibration)?;
         check(measured)?;
-        check_pair(calibration, measured)?;
         check_distinct(measured, calibration, IN_CALIBRATION)?;
         require(measured, own)?;
-        let mut cautions = cautions_of(calibration, "calibration")?;
+        // A unit of one file alone is found beside the other one, before a column of the same file contradicts it.
+        let mut cautions: Vec<Caution> = units([calibration, measured], "measured")?.into_iter().collect();
+        cautions.extend(cautions_of(calibration, "calibration")?);
         cautions.extend(cautions_of(measured, "measured")?);
         Ok(Self { calibration: at_reference(calibration, own), measured, cautions })
     }
@@ -45,13 +47,19 @@ impl<'a> Checked<'a> {
     /// # Errors
     /// [`DiagnoseError`] for runs that these files have as well, or of other units.
     pub fn held_out(&self, set: &RunSet, own: &LawsFile) -> Result<Vec<Caution>, DiagnoseError> {
-        check_pair(&self.calibration, set)?;
         for fitted in [self.measured, &self.calibration] {
             check_distinct(set, fitted, IN_FIT)?;
         }
         require(set, own)?;
-        cautions_of(set, "holdout")
+        let unit = units([&self.calibration, set], "holdout")?;
+        Ok(unit.into_iter().chain(cautions_of(set, "holdout")?).collect())
     }
+}
+
+/// What is said of the units of a set beside the calibration's.
+fn units(sets: [&RunSet; 2], role: &str) -> Result<Option<Caution>, DiagnoseError> {
+    let found = check_units(sets, ["calibration", role])?;
+    Ok(found.map(|caution| Caution { role: role.into(), ..caution }))
 }
 
 fn cautions_of(set: &RunSet, role: &str) -> Result<Vec<Caution>, DiagnoseError> {

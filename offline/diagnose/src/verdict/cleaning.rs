@@ -4,6 +4,7 @@
 use fingerpad_formats::significant;
 use fingerpad_smooth::ReferenceCurves;
 
+use crate::data::lift_off::lift_off;
 use crate::data::outliers::{Flags, at_rail, count, rails, spikes, without};
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
@@ -44,6 +45,28 @@ pub fn spike_caution(role: &str, flags: &Flags, set: &RunSet) -> Option<Caution>
             if readings == 1 { "it is" } else { "they are" }
         ),
     })
+}
+
+/// The set without the readings of the lift-off of each contact.
+pub fn before_lift_off(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) -> RunSet {
+    let flags = lift_off(set);
+    let runs = flags.iter().filter(|run| run.iter().flatten().any(|flag| *flag)).count();
+    if runs == 0 {
+        return set.clone();
+    }
+    cautions.push(Caution {
+        kind: "lift_off".into(),
+        role: role.into(),
+        column: "depth_mm".into(),
+        text: format!(
+            "{} of {} of the {role} set after the last hold, in which the finger is unloaded, {} left out: tissue that has relaxed \
+             unloads along another path, which the model does not have.",
+            counted(count(&flags) / 3, "row"),
+            counted(runs, "run"),
+            if count(&flags) == 3 { "is" } else { "are" }
+        ),
+    });
+    without(set, &flags)
 }
 
 /// Runs from which on flips of whole runs reach p = 1 %.

@@ -84,6 +84,11 @@ fn report(
     cautions.extend(range.cautions(decision.set));
     cautions.extend(sections::scatter_caution(decision));
     cautions.extend(sections::too_small_cautions(decision));
+    let noise = sections::noise(calibration);
+    if verdict.is_claim() {
+        cautions.extend(sections::clock_cautions(decision));
+    }
+    cautions.extend(sections::implausible_cautions(&noise, &effects));
     let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default()));
     let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, calibrated.lag()));
     let report = Diagnosis {
@@ -93,7 +98,7 @@ fn report(
         effects,
         disagreement,
         baseline: sections::baseline(decision, calibration, &options.model),
-        noise: sections::noise(calibration),
+        noise,
         instrument: of_calibration.into_iter().chain(of_measured).collect(),
         finger_laws: calibrated_laws(calibration, reference.ln_area_sd),
         tests: sections::tests(decision),

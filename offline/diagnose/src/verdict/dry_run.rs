@@ -11,7 +11,7 @@ use crate::laws::LawsFile;
 use crate::selection::scan::why_untestable;
 use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::checked::Checked;
-use crate::verdict::cleaning::FORCES;
+use crate::verdict::cleaning::{FORCES, before_lift_off};
 use crate::verdict::exchanged::varied_in_calibration;
 use crate::verdict::regions::COLUMNS;
 
@@ -21,7 +21,11 @@ use crate::verdict::regions::COLUMNS;
 /// [`DiagnoseError`] for sets that cannot carry a diagnosis.
 pub fn preflight_report(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Result<Vec<String>, DiagnoseError> {
     let checked = Checked::new(calibration, measured, own)?;
-    let mut out: Vec<String> = checked.cautions.into_iter().map(|c| c.text).collect();
+    let mut cautions = checked.cautions;
+    for (role, set) in [("calibration", calibration), ("measured", measured)] {
+        before_lift_off(set, role, &mut cautions);
+    }
+    let mut out: Vec<String> = cautions.into_iter().map(|c| c.text).collect();
     let exchanged = varied_in_calibration(calibration, measured, own);
     if !exchanged.is_empty() {
         let names: Vec<&str> = exchanged.iter().map(|c| c.name()).collect();

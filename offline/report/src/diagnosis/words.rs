@@ -345,24 +345,27 @@ pub fn map_caption() -> &'static str {
 /// Under the force traces.
 pub fn traces_caption() -> &'static str {
     "The measured runs that the refitted baseline misses most, over the noise floor. As calibrated: nothing is fitted to the \
-     measured runs. Readings that were left out (spikes, a sensor's rail) are not shown."
+     measured runs. Readings that were left out (lift-off, spikes, a sensor's rail) are not shown."
 }
 
 /// Kinds of cautions, in their order on the page.
-const FIRST: [&str; 10] = [
+const FIRST: [&str; 13] = [
     "exchanged",
     "unit",
+    "implausible",
     "ignored_column",
     "thinned",
+    "lift_off",
     "reading",
     "sensor_rail",
+    "clock",
     "outside_calibration",
     "one_axis",
     "scatter",
     "spikes",
 ];
 /// Kinds of cautions, from the first on, after which the verdict may rest on a mistake in the files.
-const WARNINGS: usize = 3;
+const WARNINGS: usize = 4;
 
 /// Lines printed before the verdict, each with the word `warning` or `note`: cautions in the order of their weight, then a
 /// calibration that misses its noise.
