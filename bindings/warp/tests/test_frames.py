@@ -25,6 +25,11 @@ SHAPES: dict[str, tuple[tuple[Any, ...], tuple[float, ...]]] = {
 }
 
 
+#: Flat, round and long faces and edges in each run of the tests, the others at night.
+CASES: list[Any] = [("bed", "plane"), ("bed", "cuboid"), ("pad", "cuboid"), ("pad", "capsule")]
+CASES += [pytest.param("pad", name, marks=pytest.mark.nightly) for name in ("plane", "sphere", "ellipsoid", "cylinder", "edge")]
+
+
 def poses(name: str) -> tuple[Any, Any]:
     """Bodies that come up, slide, turn, tilt, leave and come back, some turned on end: shapes (steps, fingers, 3) and (…, 4)."""
     random, away = np.random.default_rng(SEED), SHAPES[name][1]
@@ -46,18 +51,13 @@ def poses(name: str) -> tuple[Any, Any]:
     return position, quaternion
 
 
-@pytest.mark.parametrize("name", SHAPES)
-@pytest.mark.parametrize("kind", ["bed", "pad"])
+@pytest.mark.parametrize(("kind", "name"), CASES)
 def test_numbers_of_the_core(model: fw.Model, pad: fw.Pad, device: str, kind: str, name: str) -> None:
     """Forces and moments on both bodies in 1080 steps, over the largest of each: the geometry agrees to single precision.
 
     The solvers of a pad stop within a tolerance of the equilibrium, which with a bed does not hide the geometry.
     """
     finger = model if kind == "bed" else pad
-    if kind == "bed" and name not in ("plane", "cuboid"):
-        with pytest.raises(fw.InputError, match="a bed of springs touches planes and cuboids alone"):
-            fw.FrameContacts(finger, getattr(fw.Shape, name)(*SHAPES[name][0]))
-        return
     contacts = fw.FrameContacts(finger, getattr(fw.Shape, name)(*SHAPES[name][0]), COUNT, device=device)
     reference = (fingerpad.Model if kind == "bed" else fingerpad.Pad).from_bytes(finger.to_bytes())
     core = fingerpad.FrameContacts(reference, getattr(fingerpad.Shape, name)(*SHAPES[name][0]), COUNT)
@@ -84,3 +84,16 @@ def test_numbers_of_the_core(model: fw.Model, pad: fw.Pad, device: str, kind: st
     assert flags & fw.Status.BAD_INPUT and regimes >= {0, 1, 2}, (flags, regimes)
     if name == "cuboid" and kind == "pad":
         assert max(faces) >= 7, "an edge of the box is touched"
+
+
+def test_what_cannot_be_is_named(model: fw.Model, pad: fw.Pad) -> None:
+    for make, text in (
+        (lambda: fw.FrameContacts(model, fw.Shape.sphere(20)), "a bed of springs touches planes and cuboids alone"),
+        (lambda: fw.FrameContacts(pad, fw.Sphere(20)), r"shape: Sphere\(radius_mm=20.0\) where a Shape is needed"),  # type: ignore[arg-type]
+        (lambda: fw.FrameContacts(pad, fw.Shape.plane(), 0), "count: 0 is not between 1 and"),
+        (lambda: fw.Shape.sphere(0), "size_mm: 0 is not between 0.1 and 1000000"),
+        (lambda: fw.Shape.edge(3, 180), "angle_deg: 180 is not between 1 and 179"),
+        (lambda: fw.Shape.cuboid(3, 1), "half_mm: 3 where three numbers are needed"),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(fw.InputError, match=text):
+            make()
