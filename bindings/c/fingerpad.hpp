@@ -7,8 +7,8 @@
  *     if (const fingerpad::Response *r = stepped.get()) { use(r->friction_x_n); } else { report(stepped.text()); }
  *
  * Units, axes and ranges are those of fingerpad.h. All types are plain memory: copy a contact to return to it later. A bed and a
- * pad read their model file in place, so the file must outlive them. A default-constructed `Bed`, `Pad` or `PadContact` is not
- * set up, and calls with it are refused with `Code::not_set_up`. Contacts with effects are left to fingerpad.h; `c()` returns
+ * pad read their model file in place, so the file must outlive them. A default-constructed `Bed`, `Pad`, `PadContact` or `FrameContact`
+ * is not set up, and calls with it are refused with `Code::not_set_up`. Contacts with effects are left to fingerpad.h; `c()` returns
  * the C object.
  */
 #ifndef FINGERPAD_HPP
@@ -84,6 +84,10 @@ using PadMotion = fingerpad_pad_motion;
 using PadInfo = fingerpad_pad_info;
 using Body = fingerpad_body;
 using Patch = fingerpad_patch;
+using Shape = fingerpad_shape;
+using Pose = fingerpad_pose;
+using Wrench = fingerpad_wrench;
+using FrameResponse = fingerpad_frame_response;
 using Event = fingerpad_event;
 using WatchSettings = fingerpad_watch_settings;
 
@@ -137,6 +141,39 @@ constexpr Body edge(float radius_mm, float axis_deg, float angle_deg) noexcept
 {
     return {FINGERPAD_BODY_EDGE, radius_mm, axis_deg, angle_deg};
 }
+
+/* Shapes of rigid bodies in frames of their own, for a `FrameContact`; sizes are 0.1 to 1e6 mm. */
+namespace shapes {
+
+/* The plane z = 0, the body below it. */
+constexpr Shape plane() noexcept { return {FINGERPAD_SHAPE_PLANE, {}, 0.0, 0.0}; }
+constexpr Shape sphere(double radius_mm) noexcept { return {FINGERPAD_SHAPE_SPHERE, {radius_mm, 0.0, 0.0}, 0.0, 0.0}; }
+constexpr Shape ellipsoid(double x_mm, double y_mm, double z_mm) noexcept
+{
+    return {FINGERPAD_SHAPE_ELLIPSOID, {x_mm, y_mm, z_mm}, 0.0, 0.0};
+}
+/* About z; half the length without the round ends. */
+constexpr Shape capsule(double radius_mm, double half_length_mm) noexcept
+{
+    return {FINGERPAD_SHAPE_CAPSULE, {radius_mm, half_length_mm, 0.0}, 0.0, 0.0};
+}
+/* About z, with flat ends. */
+constexpr Shape cylinder(double radius_mm, double half_length_mm) noexcept
+{
+    return {FINGERPAD_SHAPE_CYLINDER, {radius_mm, half_length_mm, 0.0}, 0.0, 0.0};
+}
+/* Along x, on which the origin lies, z out of the body; the angle is inside the body, 1 to 179 degrees. */
+constexpr Shape edge(double radius_mm, double angle_deg) noexcept
+{
+    return {FINGERPAD_SHAPE_EDGE, {radius_mm, 0.0, 0.0}, 0.0, angle_deg};
+}
+/* Half the extents along x, y and z. */
+constexpr Shape box(double x_mm, double y_mm, double z_mm, double edge_radius_mm) noexcept
+{
+    return {FINGERPAD_SHAPE_BOX, {x_mm, y_mm, z_mm}, edge_radius_mm, 0.0};
+}
+
+} // namespace shapes
 
 namespace detail {
 
@@ -406,6 +443,54 @@ public:
 
 private:
     fingerpad_pad_state state_{};
+};
+
+/* A finger against one body, from the pose of the body in the finger's frame; `sizeof(FrameContact)` bytes. It belongs to one pad or bed,
+ * one tuning and one body. */
+class FrameContact {
+public:
+    /* A finger in the air that is to touch a body of this shape; `Code::range` for sizes out of range. */
+    static Result<FrameContact> with(const Pad &pad, const Shape &shape) noexcept
+    {
+        FrameContact contact;
+        const std::int32_t code = fingerpad_frame_init_pad(&pad.c(), shape, &contact.contact_);
+        return detail::result(code, contact);
+    }
+
+    /* The same of a bed, which touches planes and boxes: `Code::range` for other shapes. */
+    static Result<FrameContact> with(const Bed &bed, const Shape &shape) noexcept
+    {
+        FrameContact contact;
+        const std::int32_t code = fingerpad_frame_init_bed(&bed.c(), shape, &contact.contact_);
+        return detail::result(code, contact);
+    }
+
+    /* One step of `dt_s` seconds; the pose is that at its end, and a pose that is none is flagged. */
+    Result<FrameResponse> step(const Pad &pad, const Pose &body, float dt_s) noexcept
+    {
+        FrameResponse response{};
+        const std::int32_t code = fingerpad_frame_step_pad(&pad.c(), &contact_, &body, dt_s, &response);
+        return detail::result(code, response);
+    }
+
+    Result<FrameResponse> step(const Bed &bed, const Pose &body, float dt_s) noexcept
+    {
+        FrameResponse response{};
+        const std::int32_t code = fingerpad_frame_step_bed(&bed.c(), &contact_, &body, dt_s, &response);
+        return detail::result(code, response);
+    }
+
+    /* Factor on all strengths, 0.1 to 5, from the next step on. */
+    Code set_strength_factor(float factor) noexcept
+    {
+        return static_cast<Code>(fingerpad_frame_set_strength_factor(&contact_, factor));
+    }
+
+    fingerpad_frame_contact &c() noexcept { return contact_; }
+    const fingerpad_frame_contact &c() const noexcept { return contact_; }
+
+private:
+    fingerpad_frame_contact contact_{};
 };
 
 /* Detects touch, first slip, full slip, restick and lift-off in the responses of one finger. */

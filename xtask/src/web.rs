@@ -1,6 +1,7 @@
 //! The page: compile the core for the browser, put the folder together, test it, take its picture.
 //!
-//! Main type: [`Action`]. Also opens the pages of the book. Uses `thumb::tools` for the compiler and `install` for what is missing.
+//! Main type: [`Action`]. Also opens the pages of the book. Uses `thumb::tools` for the compiler, `c` for the
+//! story of the bindings and `install` for what is missing.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,9 +9,9 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 use clap::Subcommand;
 
-use crate::install;
 use crate::shell::{command, refusal, root, run, sh};
 use crate::thumb::tools::{Compiler, Route};
+use crate::{c, install};
 
 /// Folder of the page's workspace, and of its tests, from the repository's root.
 const WEB: &str = "bindings/web";
@@ -56,7 +57,9 @@ pub fn gate() -> Result<()> {
     build()?;
     // Its bits, not its speed.
     run(reference().env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16"))?;
-    sh(TEST, "node --test --test-reporter=spec package.test.js")
+    let story = tempfile::tempdir()?;
+    c::tell_story(story.path())?;
+    run(command(TEST, "node --test --test-reporter=spec package.test.js").env("STORY", story.path()))
 }
 
 /// The page in headless Chromium; a module with a panic in it must be refused.

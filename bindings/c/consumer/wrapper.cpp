@@ -166,7 +166,8 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
     for (unsigned b = 0; b < 4; b++) {
         fp::PadContact finger = b == 0 ? must_get(fp::PadContact::on_plane(pad), "a contact")
                                        : must_get(fp::PadContact::over(pad, 35.0f, -5.0f), "a contact over a body");
-        fingerpad_pad_state state;
+        // What lies beyond the patches of this pad is left as it was.
+        fingerpad_pad_state state{};
         must(b == 0 ? fingerpad_pad_state_init(&wrapped, &state) : fingerpad_pad_state_init_over(&wrapped, &state, 35.0f, -5.0f),
              "a state");
         expect(same(finger.c(), state), "a new contact of a pad");
@@ -219,6 +220,93 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
     }
     expect(pad.first_touch(NAN, 0.0f).code(), fp::Code::range, "a pitch of NaN");
     expect(fp::PadContact::over(pad, 30.0f, NAN).code(), fp::Code::range, "a roll of NaN");
+}
+
+/* A body that presses, slides and turns below a finger of about pitch 30, its origin `height_mm` below its apex; every 61st pose is none. */
+fp::Pose pose_below(unsigned i, double height_mm)
+{
+    const double t = 0.02 * static_cast<double>(i);
+    const double pitch = -0.52 - 0.1 * std::sin(t), yaw = 0.3 * std::sin(0.7 * t);
+    const double c = std::cos(0.5 * pitch), s = std::sin(0.5 * pitch), cz = std::cos(0.5 * yaw), sz = std::sin(0.5 * yaw);
+    const double along_normal = 0.6 + std::sin(0.5 * t) + 0.01 * static_cast<double>(noise()) - height_mm;
+    fp::Pose pose{{std::sin(pitch) * along_normal + 0.4 * std::sin(t), 0.3 * std::sin(1.3 * t), std::cos(pitch) * along_normal},
+                  {c * cz, s * sz, s * cz, c * sz}};
+    if (i % 61 == 60) {
+        pose.quaternion[i / 61 % 4] = i % 122 == 121 ? 2.0 : static_cast<double>(NAN);
+    }
+    return pose;
+}
+
+struct PadFrames {
+    using Model = fp::Pad;
+    using Wrapped = fingerpad_pad;
+    static constexpr auto init = fingerpad_frame_init_pad;
+    static constexpr auto step = fingerpad_frame_step_pad;
+};
+
+struct BedFrames {
+    using Model = fp::Bed;
+    using Wrapped = fingerpad_model;
+    static constexpr auto init = fingerpad_frame_init_bed;
+    static constexpr auto step = fingerpad_frame_step_bed;
+};
+
+template <class Frames>
+void framed(const typename Frames::Model &model, const typename Frames::Wrapped &wrapped, const fp::Shape &shape,
+            const fingerpad_shape &same_shape, double height_mm)
+{
+    auto finger = must_get(fp::FrameContact::with(model, shape), "a contact in frames");
+    fingerpad_frame_contact contact;
+    must(Frames::init(&wrapped, same_shape, &contact), "a contact in frames");
+    unsigned touches = 0, flagged = 0;
+    for (unsigned i = 0; i < 400; i++) {
+        if (i % 100 == 50) {
+            const float factor = 1.0f + 2.0f * noise();
+            expect(finger.set_strength_factor(factor), static_cast<fp::Code>(fingerpad_frame_set_strength_factor(&contact, factor)),
+                   "a strength factor");
+        }
+        const fp::Pose pose = pose_below(i, height_mm);
+        fp::FrameResponse want{};
+        must(Frames::step(&wrapped, &contact, &pose, 1e-3f, &want), "a step in frames");
+        const fp::FrameResponse got = must_get(finger.step(model, pose, 1e-3f), "a step in frames");
+        expect(same(got, want), "a step in frames", i);
+        touches += got.on_finger.force_n[2] > 0.05f;
+        flagged += fp::has(got.response, fp::Flag::bad_input);
+    }
+    expect(touches > 100 && flagged == 6, "the body is touched, and poses that are none are flagged");
+}
+
+void frames(const fp::Bed &bed, const fp::Pad &pad, const fingerpad_model &model, const fingerpad_pad &wrapped)
+{
+    const struct {
+        fp::Shape shape;
+        fingerpad_shape same;
+        double height_mm;
+    } bodies[] = {
+        {fp::shapes::plane(), {FINGERPAD_SHAPE_PLANE, {0.0, 0.0, 0.0}, 0.0, 0.0}, 0.0},
+        {fp::shapes::box(30.0, 20.0, 10.0, 3.0), {FINGERPAD_SHAPE_BOX, {30.0, 20.0, 10.0}, 3.0, 0.0}, 10.0},
+        {fp::shapes::sphere(20.0), {FINGERPAD_SHAPE_SPHERE, {20.0, 0.0, 0.0}, 0.0, 0.0}, 20.0},
+        {fp::shapes::ellipsoid(30.0, 25.0, 20.0), {FINGERPAD_SHAPE_ELLIPSOID, {30.0, 25.0, 20.0}, 0.0, 0.0}, 20.0},
+        {fp::shapes::capsule(15.0, 10.0), {FINGERPAD_SHAPE_CAPSULE, {15.0, 10.0, 0.0}, 0.0, 0.0}, 25.0},
+        {fp::shapes::cylinder(25.0, 10.0), {FINGERPAD_SHAPE_CYLINDER, {25.0, 10.0, 0.0}, 0.0, 0.0}, 10.0},
+        {fp::shapes::edge(4.0, 100.0), {FINGERPAD_SHAPE_EDGE, {4.0, 0.0, 0.0}, 0.0, 100.0}, 0.0},
+    };
+    for (const auto &body : bodies) {
+        framed<PadFrames>(pad, wrapped, body.shape, body.same, body.height_mm);
+        if (&body < bodies + 2) {
+            framed<BedFrames>(bed, model, body.shape, body.same, body.height_mm);
+        } else {
+            expect(fp::FrameContact::with(bed, body.shape).code(), fp::Code::range, "a curved body of a bed");
+        }
+    }
+    expect(fp::FrameContact::with(pad, fp::shapes::sphere(0.0)).code(), fp::Code::range, "a sphere of radius 0");
+    fp::FrameContact of_bed = must_get(fp::FrameContact::with(bed, fp::shapes::plane()), "a contact in frames");
+    const fingerpad_frame_contact before = of_bed.c();
+    expect(of_bed.step(pad, pose_below(0, 0.0), 1e-3f).code(), fp::Code::not_set_up, "a contact of a bed with a pad");
+    expect(same(of_bed.c(), before), "a refused step changes the contact");
+    fp::FrameContact no_contact;
+    expect(no_contact.step(pad, pose_below(0, 0.0), 1e-3f).code(), fp::Code::not_set_up, "a contact that was not made");
+    expect(no_contact.set_strength_factor(1.0f), fp::Code::not_set_up, "a contact that was not made");
 }
 
 void misuse(const model_file &bed_file, const model_file &pad_file)
@@ -314,6 +402,7 @@ int main(int argc, char **argv)
         contacts<fp::detail::Spins>(bed, model);
         batch(bed);
         pads(pad, wrapped);
+        frames(bed, pad, model, wrapped);
         requests(bed, model);
     }
     misuse(bed_file, pad_file);

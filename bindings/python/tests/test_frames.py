@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import runpy
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -225,3 +226,11 @@ def test_a_cube_hangs_between_two_pads(pad: Pad) -> None:
     assert (r["status"] == 0).all() and (r["face"] == [3, 6]).all() and (r["slip_margin"] > 0.5).all(), r
     assert np.abs(force).max() < 1e-3 * mass_kg * 9.81 and np.linalg.norm(turn[1:]) < 0.1, (force, turn)
     assert np.linalg.norm(places[-1] - places[400]) < 1e-2 and 0.05 < np.linalg.norm(place) < 1, (place, places[400])
+
+
+@pytest.mark.nightly
+def test_the_example_with_pybullet() -> None:
+    """An engine without an adapter: the pads carry the block's weight, and it does not creep."""
+    found = runpy.run_path(str(Path(__file__).resolve().parents[1] / "examples/pybullet_block.py"))["hold"]()
+    assert abs(found["carried_share"] - 1) < 1e-3 and found["creep_um_s"] < 1e-3, found
+    assert found["flags"] == 0 and 0.2 < found["sag_mm"] < 0.5 and found["slip_margin"] > 0.5, found

@@ -8,14 +8,15 @@ from typing import Union
 from fingerpad_warp._errors import Error, InputError, ModelError
 from fingerpad_warp._file import Envelope, read_bytes
 from fingerpad_warp._fingers import RESPONSE, Fingers, Response
+from fingerpad_warp._frame_contacts import FrameContacts, Shape
 from fingerpad_warp._model import Model
 from fingerpad_warp._pad_model import Body, Cylinder, Edge, Pad, Plane, Sphere
 from fingerpad_warp._status import Regime, Status
 
 __version__ = "0.1.0"
 __all__ = [
-    "RESPONSE", "Body", "Cylinder", "Edge", "Error", "Fingers", "InputError", "Model", "ModelError", "Pad", "Plane", "Regime",
-    "Response", "Sphere", "Status", "load",
+    "RESPONSE", "Body", "Cylinder", "Edge", "Error", "Fingers", "FrameContacts", "InputError", "Model", "ModelError", "Pad", "Plane",
+    "Regime", "Response", "Shape", "Sphere", "Status", "load",
 ]  # fmt: skip
 
 

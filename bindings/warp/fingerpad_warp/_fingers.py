@@ -27,6 +27,20 @@ RESPONSE = np.dtype(
 )
 
 
+def checked_count(model: Any, count: SupportsIndex) -> int:
+    """The number of fingers of a model, once both are checked."""
+    kind = type(model).__name__
+    if kind not in MOST_FINGERS or not type(model).__module__.startswith("fingerpad_warp."):
+        raise InputError(f"model: {type(model).__module__}.{kind} where a fingerpad_warp.Model or Pad is needed")
+    try:
+        number = operator.index(count)
+    except TypeError:
+        raise InputError(f"count: {count!r} where a whole number is needed") from None
+    if not 1 <= number <= MOST_FINGERS[kind]:
+        raise InputError(f"count: {number} is not between 1 and {MOST_FINGERS[kind]}")
+    return number
+
+
 class Response:
     """What the contacts answer to a step: Warp arrays with one number a contact, by names that end in their unit.
 
@@ -112,15 +126,8 @@ class Fingers:
         others flag it. Of a pad only: body: what all fingers touch, a plane without. pitch_deg, roll_deg: the pose in which the
         body's apex lies under first touch and that of steps which name none, numbers or one a finger.
         """
+        self._count = checked_count(model, count)
         kind = type(model).__name__
-        if kind not in MOST_FINGERS or not type(model).__module__.startswith("fingerpad_warp."):
-            raise InputError(f"model: {type(model).__module__}.{kind} where a fingerpad_warp.Model or Pad is needed")
-        try:
-            self._count = operator.index(count)
-        except TypeError:
-            raise InputError(f"count: {count!r} where a whole number is needed") from None
-        if not 1 <= self._count <= MOST_FINGERS[kind]:
-            raise InputError(f"count: {self._count} is not between 1 and {MOST_FINGERS[kind]}")
         self._model = model
         self._device = _arrays.device_of(device)
         self._requires_grad = bool(requires_grad)

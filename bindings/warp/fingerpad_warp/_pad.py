@@ -992,7 +992,7 @@ def step_pad(
     modes: wp.array(dtype=Modes),
     rigid: wp.array(dtype=Rigid),
     squash: wp.array(dtype=Square),
-    body: Solid,
+    bodies: wp.array(dtype=Solid),
     depth_mm: wp.array(dtype=float),
     slide_x_mm: wp.array(dtype=float),
     slide_y_mm: wp.array(dtype=float),
@@ -1008,6 +1008,8 @@ def step_pad(
     status: wp.array(dtype=int),
 ):
     i = wp.tid()
+    # One body a contact, or one for all.
+    body = bodies[i % bodies.shape[0]]
     count = patches.shape[0]
     flags = int(0)
     strength = memory[STRENGTH, i]
@@ -1364,19 +1366,21 @@ def poses(pad: Pad, pitch_deg: Any, roll_deg: Any, count: int) -> tuple[np.ndarr
 
 
 class Engine:
-    """The kernel, the numbers and the body of a pad on a device."""
+    """The kernel and the numbers of a pad on a device, and the bodies that it touches."""
 
-    def __init__(self, pad: Pad, body: Any, poses_deg: tuple[Any, Any], count: int, device: Any) -> None:
+    def __init__(self, pad: Pad, body: Any, poses_deg: tuple[Any, Any], count: int, device: Any, bodies: Any = None) -> None:
+        """bodies: a Warp array of `Solid`, one a contact, that another kernel writes, in place of one body for all."""
         self.pad, self.rows = pad, PATCHES + PER_PATCH * len(pad.patches)
         self.body = Plane() if body is None else body
         kind, numbers = body_numbers(self.body)
         least_mm = pad.least_radii_mm.get(type(self.body), -np.inf)
         if 0 < numbers[0] < least_mm:
             raise InputError(f"body: {self.body} is too sharp for the patches of the pad, which see {least_mm:.3g} mm and more")
-        self.solid = Solid()
-        self.solid.kind = kind
+        solid = Solid()
+        solid.kind = kind
         for name, value in zip(("radius", "axis_cos", "axis_sin", "face_cos", "face_sin"), numbers, strict=True):
-            setattr(self.solid, name, float(value))
+            setattr(solid, name, float(value))
+        self.bodies = wp.array([solid], dtype=Solid, device=device) if bodies is None else bodies
         modes = pad.patches[:, place.PATCH_MODES : place.COMPLIANCE].reshape(-1, 3, MODES)
         rigid = pad.numbers[place.RIGID : place.SQUASH].reshape(1, 6, MODES)
         lower = np.zeros((MODES, MODES), np.float32)
@@ -1410,7 +1414,7 @@ class Engine:
         wp.launch(
             step_pad,
             dim=before.shape[1],
-            inputs=[*self.tables, self.solid, *(motion[name] for name in names), dt_s, self.kept],
+            inputs=[*self.tables, self.bodies, *(motion[name] for name in names), dt_s, self.kept],
             outputs=[after, response.values, response.regime, response.status],
             device=device,
         )

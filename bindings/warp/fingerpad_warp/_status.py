@@ -25,3 +25,6 @@ class Status(IntFlag):
     MEMORY_LOST = 1 << 7
     POSE_OUT_OF_RANGE = 1 << 9
     NOT_CONVERGED = 1 << 10
+    BODY_TOO_SHARP = 1 << 11
+    BEGAN_INSIDE = 1 << 12
+    BEYOND_EDGE = 1 << 13

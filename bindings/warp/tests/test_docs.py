@@ -31,13 +31,13 @@ def test_the_page_runs_and_prints_what_it_says(monkeypatch: pytest.MonkeyPatch) 
             with contextlib.redirect_stdout(out):
                 exec(compile(code, str(PAGE), "exec"), names)
             printed.append(out.getvalue())
-    assert len(printed) == 4
+    assert len(printed) == 5
     slide = names["slide"].grad.numpy()
     assert slide[0] > slide[2] > 0 and abs(slide[3]) < 1e-6, "N/mm: the stiffness while it sticks, 0 once it slips"
     shown = [block for block in blocks(text, "text") if block.startswith("friction")]
     assert len(shown) == 1
     # Warp may report that it loads its modules, in the same stream.
-    said = [line for line in printed[3].splitlines() if line.startswith("friction")]
+    said = [line for line in printed[4].splitlines() if line.startswith("friction")]
     assert said == shown[0].splitlines()
 
 

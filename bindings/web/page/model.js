@@ -86,10 +86,7 @@ export class Model {
 
   /** One response as an object. */
   response(index) {
-    const at = index * WORDS;
-    const r = {};
-    RESPONSE.forEach((name, i) => { r[name] = i < WORDS - 2 ? this.floats[at + i] : this.words[at + i]; });
-    return r;
+    return responseAt(this.floats, this.words, index * WORDS);
   }
 
   /** The patches that touch after the last step: place, radius of their own area and of the area in contact in mm, pressure in kPa. */
@@ -106,6 +103,11 @@ export class Model {
   value(kind, index) {
     return this.wasm.law_value(kind, index);
   }
+}
+
+/** The response that begins at a word. */
+export function responseAt(floats, words, at) {
+  return Object.fromEntries(RESPONSE.map((name, i) => [name, (i < WORDS - 2 ? floats : words)[at + i]]));
 }
 
 /** What is said of a file without a section. */

@@ -1,4 +1,5 @@
 // The npm package, packed and installed in a folder of its own: the bits of the core, its README, its types, and bad arguments.
+// STORY is a folder with the requests of the bindings and the answers of the core (bindings/c/story).
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
@@ -59,6 +60,53 @@ test("steps have the bits of the core", async () => {
   }
 });
 
+/** A shape of the story: its kind and five numbers. */
+function shapeOf(kind, [a, b, c, edge_radius_mm, angle_deg], SHAPES) {
+  const of = [{}, { radius_mm: a }, { semi_axes_mm: [a, b, c] }, { radius_mm: a, half_length_mm: b }, { radius_mm: a, half_length_mm: b }, { radius_mm: a, angle_deg }, { half_mm: [a, b, c], edge_radius_mm }];
+  return { kind: SHAPES[kind], ...of[kind] };
+}
+
+test("contacts in frames have the bits of the core, on the requests of all bindings", async () => {
+  const { FrameContact, REGIMES, SHAPES } = await load();
+  const [requests, answers] = ["story.txt", "answers.txt"].map((name) => readFileSync(join(process.env.STORY, name), "utf8").trim().split("\n"));
+  const bits = (words) => Uint32Array.from(words, (word) => parseInt(word, 16));
+  const floats = (words) => [...new Float32Array(bits(words).buffer)];
+  const faces = new Set();
+  let [file, pad, contact, poses, touching] = [[], undefined, undefined, 0, 0];
+  for (const [i, request] of requests.entries()) {
+    const [name, ...words] = request.split(" ");
+    const answer = answers[i].trim().split(" ");
+    if (name === "pad-words") file.push(...bits(words));
+    if (name === "pad-load") {
+      pad = new Uint8Array(Uint32Array.from(file).buffer, 0, file[2]);
+      [file, contact] = [[], undefined];
+    }
+    if (name === "shape") {
+      const shape = shapeOf(parseInt(words[0], 16), floats(words.slice(1)), SHAPES);
+      if (answer[0] !== "0") {
+        assert.throws(() => contact.begin(shape), RangeError, request);
+      } else if (contact) {
+        contact.begin(shape);
+      } else {
+        contact = await FrameContact.create({ shape, pad });
+      }
+    }
+    if (name === "pose") {
+      const [x, y, z, w, a, b, c, dt_s] = floats(words);
+      const r = contact.step({ position_mm: [x, y, z], quaternion_wxyz: [w, a, b, c], dt_s });
+      const found = [...r.on_finger.force_n, ...r.on_finger.moment_n_mm, ...r.on_body.force_n, ...r.on_body.moment_n_mm, r.depth_mm, r.pitch_deg, r.roll_deg];
+      found.push(r.normal_force_n, ...r.friction_n, r.stick_ratio, r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm, ...r.pressure_centre_mm, r.contact_area_mm2, r.band_normal_n, r.band_friction_n);
+      const expected = floats([...answer.slice(0, 15), ...[0, 1, 2, 5, 6, 7, 8, 11, 12, 13, 14, 15].map((k) => answer[16 + k])]);
+      assert.deepEqual(found, expected, `request ${i}: ${request}`);
+      assert.deepEqual([r.face, r.regime, r.status], [Number(answer[15]), REGIMES[answer[32]], parseInt(answer[33], 16)], `request ${i}: ${request}`);
+      if (r.regime !== "no_contact") touching++;
+      faces.add(r.face);
+      poses++;
+    }
+  }
+  assert.ok(poses > 1500 && touching > 700 && faces.size >= 3, `${poses} poses, ${touching} in contact, faces ${[...faces]}`);
+});
+
 test("without skin and speed the strength is that of the model file", async () => {
   const { Finger } = await load();
   const slid = async (extra) => {
@@ -91,6 +139,20 @@ test("bad arguments are named with their value and range", async () => {
   refuses({ body: { kind: "edge", radius_mm: 2, angle_deg: 180 } }, "body.angle_deg: 180");
   refuses({ pitch_deg: 85 }, "pitch_deg: 85");
   assert.throws(() => finger.step({}), /depth_mm must be given/);
+  const { FrameContact } = await load();
+  const contact = await FrameContact.create({ shape: { kind: "cuboid", half_mm: [15, 15, 15], edge_radius_mm: 2 } });
+  for (const [shape, text] of [
+    [{ kind: "torus" }, "shape.kind: torus is none of plane, sphere,"],
+    [undefined, "shape.kind: undefined"],
+    [{ kind: "sphere", radius_mm: 0 }, "shape.radius_mm: 0 is not a number from 0.1"],
+    [{ kind: "cuboid", half_mm: [1, NaN, 1], edge_radius_mm: 1 }, "shape.half_mm: NaN is not a number from 0.1"],
+    [{ kind: "cuboid", half_mm: 3, edge_radius_mm: 1 }, "shape.half_mm: 3 where 3 numbers are needed"],
+    [{ kind: "edge", radius_mm: 3, angle_deg: 180 }, "shape.angle_deg: 180 is not a number from 1 to 179"],
+  ]) assert.throws(() => contact.begin(shape), (error) => error.message.includes(text));
+  const pose = { position_mm: [0, 0, -14], quaternion_wxyz: [1, 0, 0, 0] };
+  assert.throws(() => contact.step({ ...pose, position_mm: [0, 0] }), /position_mm: 0,0 where 3 numbers are needed/);
+  assert.throws(() => contact.step({ ...pose, strength_factor: "1" }), /strength_factor: 1 where 1 numbers are needed/);
+  assert.ok(contact.step({ ...pose, quaternion_wxyz: [2, 0, 0, 0] }).status !== 0);
   const before = finger.step({ depth_mm: 1 });
   const bad = finger.step({ depth_mm: NaN });
   assert.ok(bad.status !== 0 && bad.normal_force_n === before.normal_force_n);
@@ -107,10 +169,14 @@ test("a program in TypeScript compiles, with and without the types of a browser"
   }
 });
 
-test("the README's example runs", () => {
-  const example = /```js\n([\s\S]*?)```/.exec(readFileSync(join(installed, "README.md"), "utf8"))[1];
-  writeFileSync(join(folder, "example.js"), example);
-  const lines = execFileSync(process.execPath, ["example.js"], { cwd: folder, encoding: "utf8" }).trim().split("\n");
-  assert.equal(lines.length, 50);
-  assert.match(lines.at(-1), /slip$/);
+test("the README's examples run", () => {
+  const examples = [...readFileSync(join(installed, "README.md"), "utf8").matchAll(/```js\n([\s\S]*?)```/g)];
+  const [slide, frames] = examples.map(([, example]) => {
+    writeFileSync(join(folder, "example.js"), example);
+    return execFileSync(process.execPath, ["example.js"], { cwd: folder, encoding: "utf8" }).trim().split("\n");
+  });
+  assert.equal(slide.length, 50);
+  assert.match(slide.at(-1), /slip$/);
+  // A block of 20 mm, pressed in by 1 mm.
+  assert.match(frames.at(-1), /^face 3, 0\.29 N on the block/);
 });

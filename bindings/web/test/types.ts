@@ -1,6 +1,6 @@
 // A user's program in TypeScript, only compiled: it uses all types of the npm package. An unused `@ts-expect-error` is an error.
 
-import { BODIES, Finger, LAWS, REGIMES, type Body, type Motion, type Patch, type Response } from "fingerpad";
+import { BODIES, Finger, FrameContact, LAWS, REGIMES, SHAPES, type Body, type FrameResponse, type Motion, type Patch, type Placement, type Response, type Shape, type Wrench } from "fingerpad";
 
 const bodies: Body[] = [
   { kind: "plane" },
@@ -33,7 +33,25 @@ const patches: Patch[] = finger.patches();
 for (const { place_mm, traction_mpa, pressure_mpa, stick_ratio, contact_area_mm2 } of patches) {
   numbers.push(...place_mm, ...traction_mpa, pressure_mpa, stick_ratio, contact_area_mm2);
 }
-export { kinds, laws, numbers, regimes };
+
+const shapes: Shape[] = [
+  { kind: "plane" },
+  { kind: "sphere", radius_mm: 20 },
+  { kind: "ellipsoid", semi_axes_mm: [20, 15, 10] },
+  { kind: "capsule", radius_mm: 10, half_length_mm: 20 },
+  { kind: "cylinder", radius_mm: 10, half_length_mm: 20 },
+  { kind: "edge", radius_mm: 3, angle_deg: 90 },
+  { kind: "cuboid", half_mm: [15, 15, 15], edge_radius_mm: 2 },
+];
+const shapeKinds: readonly Shape["kind"][] = SHAPES;
+const framed: FrameContact = await FrameContact.create({ shape: shapes[0]!, ...files });
+for (const shape of shapes) framed.begin(shape);
+const placement: Placement = { position_mm: [0, 0, -1], quaternion_wxyz: [1, 0, 0, 0], dt_s: 1e-3, strength_factor: 1 };
+const felt: FrameResponse = framed.step(placement);
+const wrenches: Wrench[] = [felt.on_finger, felt.on_body];
+for (const { force_n, moment_n_mm } of wrenches) numbers.push(...force_n, ...moment_n_mm);
+numbers.push(felt.depth_mm, felt.pitch_deg, felt.roll_deg, felt.face, felt.normal_force_n);
+export { kinds, laws, numbers, regimes, shapeKinds };
 
 // @ts-expect-error: the depth is missing
 finger.step({ slide_x_mm: 0.1 });
@@ -49,3 +67,9 @@ BODIES.push("plane");
 LAWS.speed = 1;
 // @ts-expect-error: the range is that of the model file
 finger.range.depth_max_mm = 5;
+// @ts-expect-error: a contact in frames needs a shape
+await FrameContact.create({});
+// @ts-expect-error: a cuboid without the radius of its edges
+framed.begin({ kind: "cuboid", half_mm: [1, 1, 1] });
+// @ts-expect-error: a pose has an orientation
+framed.step({ position_mm: [0, 0, 0] });

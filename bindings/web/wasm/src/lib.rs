@@ -2,15 +2,16 @@
 //!
 //! The page writes a file to [`incoming`] and calls [`load`], chooses a rigid body with [`set_body`], writes motions to [`motions`] and
 //! calls [`run`], and reads responses from [`results`] and what the patches bear from [`patch_states`]. Nothing is imported, nothing is
-//! allocated, and no panic is linked. A module runs on one thread.
+//! allocated, and no panic is linked. A module runs on one thread. `frames` has the same pad in one contact by poses of a body.
 #![no_std]
 
+mod frames;
 mod skin;
 
 use core::cell::UnsafeCell;
 
 use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, PadState, PatchState, Sphere, Surface};
-use fingerpad::{Error, Motion, Scalar, Status};
+use fingerpad::{Error, Motion, Response, Scalar, Status};
 use panic_never as _;
 
 /// Largest model file, bytes.
@@ -129,6 +130,7 @@ pub extern "C" fn load(length: usize) -> u32 {
     // SAFETY: one thread; the finger, which borrows the file, ends before the file is overwritten.
     let file: &'static Bytes = unsafe {
         *FINGER.0.get() = None;
+        frames::forget();
         (*FILE.0.get()).0.copy_from_slice(&incoming.0);
         &*FILE.0.get()
     };
@@ -255,7 +257,11 @@ fn step(
     let is_held = contact.set_strength_factor(strength) != strength;
     let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
     let r = pad.step(contact, body, motion, [pitch_deg, roll_deg]);
-    let status = if is_held { r.status.with(Status::EFFECT_HELD) } else { r.status };
+    words(&r, if is_held { r.status.with(Status::EFFECT_HELD) } else { r.status })
+}
+
+/// A response as [`results`] has it.
+fn words(r: &Response, status: Status) -> [u32; RESULT] {
     let numbers = [
         r.normal_force_n,
         r.friction_n[0],
