@@ -315,7 +315,7 @@ fn evidence(best: &Proposal, files: &[Measures; 2], sets: [&RunSet; 2], which: u
 /// A factor between the normal forces of both files that is no unit's.
 fn gain_of_sensor(sets: [&RunSet; 2], files: &[Measures; 2]) -> Option<Caution> {
     let gain = (files[1][0] - files[0][0]).exp();
-    (gain > LARGEST_GAIN || gain < 1.0 / LARGEST_GAIN).then(|| {
+    (!(1.0 / LARGEST_GAIN..=LARGEST_GAIN).contains(&gain)).then(|| {
         let text = format!(
             "{}: normal_force_n: at one depth it is {} times that of {} in the median of the runs, more than a finger changes: has the \
              sensor or its amplifier another gain, or is it another finger?",
