@@ -180,3 +180,12 @@ test("the README's examples run", () => {
   // A block of 20 mm, pressed in by 1 mm.
   assert.match(frames.at(-1), /^face 3, 0\.29 N on the block/);
 });
+
+test("the names of numbers out of range are those of the core, in its order", () => {
+  const core = readFileSync(join(WEB, "../../core/src/error.rs"), "utf8");
+  const body = core.slice(core.indexOf("pub enum Field {"));
+  const variants = [...body.slice(0, body.indexOf("\n}")).matchAll(/^ {4}(\w+),$/gm)].map(([, name]) => name);
+  const names = readFileSync(join(WEB, "page/model.js"), "utf8").match(/const FIELDS = "([^"]+)"/)[1].split(" ");
+  assert.ok(variants.length > 40);
+  assert.deepEqual(names, variants);
+});
