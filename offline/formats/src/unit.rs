@@ -205,7 +205,7 @@ mod tests {
         let (place, problem) = check_units_row(&other).unwrap_err();
         assert!(place == 0 && problem.ends_with("add --unit t=ms,depth=um"), "{problem}");
         let unknown = cells(&[("t_s", "t", "s", "fortnight")]);
-        assert!(check_units_row(&unknown).unwrap_err().1.contains("s, ms, us, min"));
+        assert!(check_units_row(&unknown).unwrap_err().1.contains("s, ms, us, ns, min"));
         // A column of a user's own, whose unit the program cannot convert.
         let own = cells(&[("voltage_v", "voltage_v", "V", "mV")]);
         assert!(check_units_row(&own).unwrap_err().1.contains("(V)"));
