@@ -853,7 +853,7 @@ int32_t fingerpad_pad_step(const fingerpad_pad *pad,
 
 // Advances a contact of a pad by one step driven by displacement or force in each direction, as `fingerpad_spin_step_driven`: a held load does
 // not creep, a force out of reach gives the nearest state and FINGERPAD_STATUS_LOAD_NOT_REACHED. A finger that touches in this step is pressed
-// first, then loaded. Takes 2 to 100 times as long as `fingerpad_pad_step`, and twice its stack and four states more.
+// first, then loaded. Takes many steps, and the stack of one and several states more.
 //
 // Returns as `fingerpad_pad_step`.
 int32_t fingerpad_pad_step_driven(const fingerpad_pad *pad,
@@ -866,7 +866,7 @@ int32_t fingerpad_pad_step_driven(const fingerpad_pad *pad,
                                   fingerpad_motion *motion);
 
 // Writes how the forces of a pad change with a further motion from the last step, as `fingerpad_spin_state_gradient`, in the pose of that step.
-// By differences of seven steps, to about 1 %.
+// By differences of seven steps.
 //
 // Returns as `fingerpad_pad_patches`.
 int32_t fingerpad_pad_gradient(const fingerpad_pad *pad,
@@ -878,7 +878,7 @@ int32_t fingerpad_pad_gradient(const fingerpad_pad *pad,
                                fingerpad_gradient *gradient);
 
 // The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
-// load. Takes about 1000 steps.
+// load. Takes many steps at each of 13 depths.
 //
 // Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP.
 int32_t fingerpad_pad_least_grip(const fingerpad_pad *pad,

@@ -40,7 +40,7 @@ const FARTHEST_MM: f32 = 1e9;
 /// What a finger remembers of its contact with one body: the state `S` of its model, and poses of precision `R`.
 ///
 /// Plain data: a copy restores an earlier state. It belongs to one finger and one body. Memory that was overwritten is found out where it
-/// holds what no step leaves there; the contact then begins anew, flagged as [`Status::MEMORY_LOST`].
+/// holds a number that is not finite, or that no step writes. The contact then starts again, flagged as [`Status::MEMORY_LOST`].
 // Numbers throughout, so that any bits are one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
@@ -252,7 +252,7 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         }
     }
 
-    /// Begins anew with the same shape and strength factor.
+    /// Starts again without contact, with the same shape and strength factor.
     #[cold]
     #[inline(never)]
     fn forget<F: Finger<S>>(&mut self, finger: &F) {

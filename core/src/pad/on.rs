@@ -76,7 +76,8 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
     /// * `margin`: share of the limit kept in reserve, 0 to 0.95 (moved into that range)
     /// * `strength_factor`: as in [`PadState::set_strength_factor`]
     ///
-    /// By bisection to 1 part in 4096 of the depth range, rounded up. Takes about 1000 steps: for hosts, and for controllers that plan.
+    /// By bisection to 1 part in 4096 of the depth range, rounded up. Each depth takes a press of many steps and a slide in
+    /// five driven ones: for hosts, and for controllers that plan.
     pub fn least_grip<const P: usize>(&self, load_n: [f32; 2], margin: f32, strength_factor: f32) -> Grip {
         let deepest = self.pad.depth_max_mm();
         let [x, y] = load_n;
@@ -194,7 +195,7 @@ impl<B: Surface<f32>, const P: usize> Drivable<PadState<P>> for PadOn<'_, B> {
         scale.stiffness_n_mm
     }
 
-    /// By differences of seven steps, to about 1 %.
+    /// By differences of seven steps.
     fn gradient(&self, state: &PadState<P>, direction: [f32; 3]) -> Gradient {
         if !state.in_contact() {
             return Gradient::default();

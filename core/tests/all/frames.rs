@@ -2,9 +2,8 @@
 
 use core::f64::consts::{PI, TAU};
 
-use crate::common::{Noise, shipped};
+use crate::common::{Noise, shipped, shipped_pad};
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape, Wrench};
-use fingerpad::host::PadModelFile;
 use fingerpad::nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use fingerpad::pad::{Body, Cylinder, Edge, Numbers, Pad, PadState, Patch, Sphere};
 use fingerpad::{Elementary, Error, Motion, Regime, Response, SpinState, State, Status, step};
@@ -12,10 +11,6 @@ use fingerpad::{Elementary, Error, Motion, Regime, Response, SpinState, State, S
 const P: usize = 40;
 /// Neutral pitch of the shipped models, degrees.
 const NEUTRAL_DEG: f64 = 30.0;
-
-fn file() -> PadModelFile {
-    PadModelFile::new(include_bytes!("../../../data/models/fingertip-pad.fpm")).unwrap()
-}
 
 /// The shipped pad in double precision.
 struct Double {
@@ -25,7 +20,7 @@ struct Double {
 
 impl Double {
     fn new() -> Self {
-        let file = file();
+        let file = shipped_pad();
         let pad = file.file().pad;
         Self { numbers: pad.numbers.cast(), patches: pad.patches.iter().map(|p| p.cast()).collect() }
     }
@@ -249,7 +244,7 @@ fn wrenches_are_the_slopes_of_the_energy() {
 /// Finger and body, moved and turned together, feel the same.
 #[test]
 fn a_full_turn_of_both_frames_together_changes_nothing() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     for (shape, _, to_shape) in bodies() {
         let relative = apex_pose(&pad, [0.0, 0.0, 0.8, 10.0, 38.0, 6.0]) * to_shape;
@@ -321,7 +316,7 @@ fn a_ball_spins_about_itself() {
 /// A finger that comes into a box from its side feels nothing of a depth that it never passed, and gains no energy.
 #[test]
 fn a_contact_begins_near_the_surface() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     let shape = Shape::cuboid([25.0; 3], 2.0).unwrap();
     // The finger lies level and looks down on the top of the box.
@@ -363,7 +358,7 @@ fn a_contact_begins_near_the_surface() {
 /// A body that is known near the finger alone: its shape changes in the air, in frames of its own, and the rule of how a contact begins holds.
 #[test]
 fn a_shape_that_changes_in_the_air_is_touched_as_any() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     let ball = Shape::sphere(10.0).unwrap();
     // The frame of the ball in that of the body, and back.
@@ -399,7 +394,7 @@ fn a_shape_that_changes_in_the_air_is_touched_as_any() {
 /// A blow of 3 mm in one step begins 1 mm deep; a first step takes the pose as it is.
 #[test]
 fn a_fast_finger_begins_a_millimetre_deep() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     let at = |depth: f64| apex_pose(&pad, [0.0, 0.0, depth, 0.0, NEUTRAL_DEG, 0.0]);
     let mut contact = FrameContact::<PadState<P>>::new(&pad, Shape::plane()).unwrap();
@@ -419,7 +414,7 @@ fn a_fast_finger_begins_a_millimetre_deep() {
 /// Poses that are none are flagged and not taken.
 #[test]
 fn bad_poses_are_flagged() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     let at = |depth: f64| apex_pose(&pad, [0.0, 0.0, depth, 0.0, 34.0, 5.0]);
     let bad = [
@@ -456,7 +451,7 @@ fn bad_poses_are_flagged() {
 /// A robot goes through poses at 1 kHz with the noise of its encoders: no drift, nothing lost, friction within its limit.
 #[test]
 fn a_cycle_through_poses_with_noise_does_not_drift() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     let mut random = Noise(7);
     for (shape, body, to_shape) in bodies() {
@@ -538,7 +533,7 @@ fn a_bed_touches_planes_and_boxes() {
 /// Faces, edges and ends of boxes, capsules and cylinders.
 #[test]
 fn shapes_are_met_where_the_finger_comes_to_them() {
-    let file = file();
+    let file = shipped_pad();
     let pad = file.file().pad;
     let neutral = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
     let quarter = |axis: Vector3<f64>| UnitQuaternion::from_scaled_axis(axis * (PI / 2.0));
@@ -594,7 +589,7 @@ fn sizes_are_checked() {
     ] {
         assert!(matches!(shape, Err(Error::Range { .. })), "{shape:?}");
     }
-    let file = file();
+    let file = shipped_pad();
     assert!(matches!(
         FrameContact::<PadState<8>>::new(&file.file().pad, Shape::<f64>::plane()),
         Err(Error::Shape { .. })

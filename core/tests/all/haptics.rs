@@ -1,9 +1,8 @@
 //! A handle on a sampled contact: calm with the damping of the rule, and not with less.
 
-use crate::common::shipped;
+use crate::common::{shipped, shipped_pad};
 use fingerpad::frames::{Finger, RoundBed};
 use fingerpad::haptics::{least_damping_n_s_per_m, press_stiffness_n_per_mm};
-use fingerpad::host::PadModelFile;
 use fingerpad::pad::{Body, PadState};
 use fingerpad::{Motion, State};
 
@@ -70,7 +69,7 @@ fn holds<S, F: Finger<S, Scalar = f32>>(name: &str, finger: &F, depth_mm: f32, m
 fn a_handle_is_calm_with_the_damping_of_the_rule() {
     let data = shipped();
     let bed = RoundBed::new(data.model().unwrap());
-    let file = PadModelFile::new(include_bytes!("../../../data/models/fingertip-pad.fpm")).unwrap();
+    let file = shipped_pad();
     for depth_mm in [1.0, 2.0] {
         holds::<State, _>("bed", &bed, depth_mm, 0.0);
     }

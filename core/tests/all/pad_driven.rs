@@ -1,15 +1,11 @@
 //! A pad driven by forces: loads are carried, kept and refused; derivatives and the least grip hold in steps.
 
-use crate::common::{Noise, shipped};
-use fingerpad::host::PadModelFile;
+use crate::common::{Noise, shipped, shipped_pad};
 use fingerpad::pad::{Body, Cylinder, Edge, PadOn, PadState, Sphere};
 use fingerpad::{Drivable, Drive, FingerModel, Motion, Normal, Response, SpinState, Status, Tangential, Tuning};
 
 const P: usize = 40;
 
-fn shipped_pad() -> PadModelFile {
-    PadModelFile::new(include_bytes!("../../../data/models/fingertip-pad.fpm")).unwrap()
-}
 const DT_S: f32 = 1e-3;
 
 fn bodies() -> [Body; 4] {

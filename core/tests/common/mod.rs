@@ -8,6 +8,7 @@ pub mod law_vectors;
 pub mod vectors;
 
 use fingerpad::build::{Data, Params, ParamsOf};
+use fingerpad::host::PadModelFile;
 use fingerpad::{Error, FileOf, Motion, Response, State, Tuning, step};
 use proptest::prelude::*;
 
@@ -24,6 +25,11 @@ pub fn models() -> Vec<(&'static str, Data)> {
 /// The shipped model.
 pub fn shipped() -> Data {
     read(include_bytes!("../data/fingertip.fpm")).unwrap()
+}
+
+/// The pad that ships.
+pub fn shipped_pad() -> PadModelFile {
+    PadModelFile::new(include_bytes!("../data/fingertip-pad.fpm")).unwrap()
 }
 
 /// The model of a file, from a copy that is aligned as the reader requires.

@@ -410,7 +410,7 @@ class Fingers(Batch):
 
         direction: depth, slide x and slide y along which the motion goes on, of any length, for all fingers or one a finger:
         springs and patches on their limit slip if it loads them further; with zeros all stick. 0 without contact. Of a pad by
-        differences, to about 1 %.
+        differences of seven steps.
         """
         directions = broadcast("direction", direction, (self._count, 3))
         result = np.empty((self._count, 3, 3), np.float32)

@@ -96,7 +96,7 @@ fn header_of(head: &str, ours: impl Fn(&str) -> bool) -> Result<(usize, usize), 
     }
 }
 
-/// What a file without a header is told.
+/// The message for a file without a header, with its first row.
 fn no_header(row: &str) -> String {
     const SHOWN: usize = 60;
     let shown: String = row.chars().take(SHOWN).collect();
