@@ -6,14 +6,14 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use fingerpad_fe::experiment::{Config, Shape};
-use fingerpad_fe::load_path::Tissue;
+use fingerpad_fe::load_path::{PressLimit, Tissue};
 use fingerpad_fe::material::{Material, Ogden};
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset};
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
 use super::in_turn;
 use super::lab::{Failure, Lab, Line};
-use super::press::{area_lines, deep_press, depth_lines};
+use super::press::{area_lines, depth_lines};
 
 /// A parameter of a candidate: name with unit, published or shipped value, least and largest value.
 struct Parameter {
@@ -36,7 +36,6 @@ const STIFFNESS: Parameter = Parameter { name: "stiffness factor", shipped: 1.0,
 /// The effects; the bounds of exponents are those published for pig skin (12: Shergold, Fleck and Radford 2006) and fat
 /// (some 20: Comley and Fleck 2012).
 const CANDIDATES: [Candidate; 6] = [
-    Candidate { name: "stiffness alone", parameters: &[], finger: |_, _| Ok(Config::default()) },
     Candidate {
         name: "tissue that stiffens",
         parameters: &[
@@ -45,6 +44,7 @@ const CANDIDATES: [Candidate; 6] = [
         ],
         finger: |p, _| Ok(with_tissue(|skin, below| (skin.alpha, below.alpha) = (p[0], p[1]))),
     },
+    Candidate { name: "stiffness alone", parameters: &[], finger: |_, _| Ok(Config::default()) },
     Candidate {
         name: "size of the finger",
         parameters: &[Parameter { name: "factor on every length", shipped: 1.0, bounds: [0.75, 1.3] }],
@@ -115,6 +115,8 @@ const UNREACHED: f64 = 30.0;
 struct Fit<'a> {
     candidate: &'a Candidate,
     folder: &'a Path,
+    /// Presses so far, by the candidate's own parameters.
+    known: Vec<(Vec<f64>, Vec<PressLimit>)>,
     error: Option<Failure>,
 }
 
@@ -133,7 +135,7 @@ impl Fit<'_> {
     /// The unbounded variable of a parameter, and back: a logistic curve between the logarithms of its bounds.
     fn free(parameter: &Parameter) -> f64 {
         let [low, high] = parameter.bounds.map(f64::ln);
-        let share = ((parameter.shipped.ln() - low) / (high - low)).clamp(0.02, 0.98);
+        let share = ((parameter.shipped.ln() - low) / (high - low)).clamp(0.25, 0.75);
         (share / (1.0 - share)).ln()
     }
 
@@ -142,18 +144,27 @@ impl Fit<'_> {
         (low + (high - low) / (1.0 + (-free).exp())).exp()
     }
 
-    fn lines(&self, free: &[f64]) -> Result<Vec<Line>, Failure> {
+    /// The five numbers. A stiffer finger gives the same press with larger forces.
+    fn lines(&mut self, free: &[f64]) -> Result<Vec<Line>, Failure> {
         let values: Vec<f64> = self.parameters().zip(free).map(|(p, &x)| Self::value(p, x)).collect();
-        let mut config = (self.candidate.finger)(&values[1..], self.folder)?;
-        config.tissue.stiffen(values[0]);
-        let presses = deep_press(&Lab::new(config, MeshPreset::Coarse))?;
+        let (stiffness, own) = (values[0], &values[1..]);
+        let at = match self.known.iter().position(|(known, _)| known == own) {
+            Some(at) => at,
+            None => {
+                let config = (self.candidate.finger)(own, self.folder)?;
+                self.known.push((own.to_vec(), Lab::new(config, MeshPreset::Coarse).deep_press()?));
+                self.known.len() - 1
+            }
+        };
+        let stiffer = |p: &PressLimit| PressLimit { normal_force_n: stiffness * p.normal_force_n, ..p.clone() };
+        let presses: Vec<PressLimit> = self.known[at].1.iter().map(stiffer).collect();
         Ok(area_lines(&presses).into_iter().chain(depth_lines(&presses)).collect())
     }
 
     fn run(mut self) -> Result<Fitted, Failure> {
         let start: Vec<f64> = self.parameters().map(Self::free).collect();
         // A press has an error of some per mille: derivatives over less would be its noise.
-        let minimiser = LevenbergMarquardt::new().with_tol(1e-3).with_patience(8);
+        let minimiser = LevenbergMarquardt::new().with_tol(1e-2).with_patience(4);
         let (end, _) = minimise(&mut self, &start, &minimiser);
         if let Some(error) = self.error.take() {
             return Err(error);
@@ -212,8 +223,8 @@ fn standard_errors(columns: &[Vec<f64>]) -> Vec<f64> {
 pub fn section(folder: &Path, jobs: usize) -> Result<String, Failure> {
     let fits = Mutex::new(Vec::new());
     let failed = in_turn(jobs, &CANDIDATES.each_ref(), |candidate| {
-        let fitted = Fit { candidate, folder, error: None }.run().map_err(|e| format!("{}: {e}", candidate.name))?;
-        eprintln!("{}: sum of squares {:.1}", candidate.name, fitted.sum);
+        let fitted = Fit { candidate, folder, known: Vec::new(), error: None }.run().map_err(|e| format!("{}: {e}", candidate.name))?;
+        eprintln!("{}: chi² {:.1}; {}", candidate.name, fitted.sum, all_said(candidate, &fitted));
         fits.lock().expect("no panic while locked").push((*candidate, fitted));
         Ok(())
     });
@@ -236,9 +247,7 @@ pub fn section(folder: &Path, jobs: usize) -> Result<String, Failure> {
         for line in &fit.lines {
             write!(text, " {} |", line.text())?;
         }
-        let parameters = std::iter::once(&STIFFNESS).chain(candidate.parameters).zip(&fit.values);
-        let parameters: Vec<String> = parameters.map(|(parameter, value)| said(parameter, *value)).collect();
-        writeln!(text, " {} |", parameters.join("; "))?;
+        writeln!(text, " {} |", all_said(candidate, fit))?;
     }
     let (best, second) = (&fits[0], &fits[1]);
     write!(
@@ -247,6 +256,12 @@ pub fn section(folder: &Path, jobs: usize) -> Result<String, Failure> {
         best.0.name, best.1.sum, second.1.sum, second.0.name
     )?;
     Ok(text)
+}
+
+/// The fitted parameters in words.
+fn all_said(candidate: &Candidate, fit: &Fitted) -> String {
+    let parameters = std::iter::once(&STIFFNESS).chain(candidate.parameters).zip(&fit.values);
+    parameters.map(|(parameter, value)| said(parameter, *value)).collect::<Vec<_>>().join("; ")
 }
 
 /// A fitted parameter in words.

@@ -68,13 +68,6 @@ impl Lab {
         Self { config: Config { mesh_preset, ..config } }
     }
 
-    /// Depth almost at the bone, mm.
-    pub fn deepest_mm(&self) -> Result<f64, Failure> {
-        let finger = self.config.finger()?.0;
-        let bone = finger.mesh.node_set(set::DISTAL_BONE).iter().map(|&n| finger.mesh.nodes[n as usize].z);
-        Ok(0.93 * bone.fold(f64::INFINITY, f64::min))
-    }
-
     /// Name of the mesh.
     pub fn mesh_name(&self) -> &'static str {
         if self.config.mesh_preset == MeshPreset::Coarse { "coarse" } else { "medium" }
@@ -123,6 +116,26 @@ impl Lab {
             }
         }
         unreachable!("the last pad returns")
+    }
+}
+
+/// Shares of the height of the undeformed bone to which a press leads, tried in turn while the plane meets the bone.
+const ALMOST: [f64; 4] = [0.92, 0.88, 0.84, 0.8];
+
+impl Lab {
+    /// A press without friction on the plane, almost to the bone.
+    pub fn deep_press(&self) -> Result<Vec<PressLimit>, Failure> {
+        let finger = self.config.finger()?.0;
+        let bone = finger.mesh.node_set(set::DISTAL_BONE).iter().map(|&n| finger.mesh.nodes[n as usize].z);
+        let bone_mm = bone.fold(f64::INFINITY, f64::min);
+        let mut last = Err("no depth".into());
+        for share in ALMOST {
+            last = self.press(&RigidBodySettings::default(), &depths_mm(share * bone_mm, 40));
+            if last.is_ok() {
+                break;
+            }
+        }
+        last
     }
 }
 

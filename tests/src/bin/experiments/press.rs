@@ -1,16 +1,10 @@
 //! Experiments with a press: area and friction over the load, force over the depth, Table 1 of Yoshida et al.
 
-use fingerpad_fe::experiment::RigidBodySettings;
 use fingerpad_fe::load_path::PressLimit;
 use fingerpad_tests::problems::fingers::{at_corner, placed};
 
 use super::Finding;
-use super::lab::{Failure, Lab, Line, at, chart, depths_mm, dots, exponent, friction_n, line};
-
-/// A press without friction on the plane, almost to the bone.
-pub fn deep_press(lab: &Lab) -> Result<Vec<PressLimit>, Failure> {
-    lab.press(&RigidBodySettings::default(), &depths_mm(lab.deepest_mm()?, 40))
-}
+use super::lab::{Failure, Lab, Line, at, chart, dots, exponent, friction_n, line};
 
 /// Area at 1, 2 and 5 N over that at 10 N; the published ratio at 1 N is 0.60, an exponent of 0.22.
 pub fn area_lines(presses: &[PressLimit]) -> Vec<Line> {
@@ -35,7 +29,7 @@ pub fn depth_lines(presses: &[PressLimit]) -> Vec<Line> {
 
 /// Area and friction up to 10 N.
 pub fn load(lab: &Lab) -> Result<Finding, Failure> {
-    let presses = deep_press(lab)?;
+    let presses = lab.deep_press()?;
     let area: Vec<[f64; 2]> = presses.iter().map(|p| [p.normal_force_n, p.contact_area_mm2]).collect();
     let coefficient: Vec<[f64; 2]> =
         presses.iter().map(|p| [p.normal_force_n, p.friction_limit_n / p.normal_force_n]).collect();
@@ -74,7 +68,7 @@ pub fn load(lab: &Lab) -> Result<Finding, Failure> {
 
 /// Force against indentation to 5 N.
 pub fn indentation(lab: &Lab) -> Result<Finding, Failure> {
-    let presses = deep_press(lab)?;
+    let presses = lab.deep_press()?;
     let force: Vec<[f64; 2]> = presses.iter().map(|p| [p.depth_mm, p.normal_force_n]).collect();
     // The exponential of Pawluk and Howe, fitted from 0 to 2 N.
     let light: Vec<[f64; 2]> = force.iter().copied().filter(|p| p[1] <= 2.0).collect();
