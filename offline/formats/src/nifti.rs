@@ -136,11 +136,9 @@ impl Header {
             _ => return Err(format!("is no NIfTI file: its mark is {:?}", String::from_utf8_lossy(magic))),
         }
         let fields = Fields { bytes, big_endian };
-        let of = |first: fn(&Fields<'_>, usize) -> i64, at: usize, second: fn(&Fields<'_>, usize) -> i64, then: usize| {
-            if is_first { first(&fields, at) } else { second(&fields, then) }
-        };
         let real = |at: usize, then: usize| if is_first { fields.f32(at) } else { fields.f64(then) };
-        let dim = |k: usize| of(Fields::i16, 40 + 2 * k, Fields::i64, 16 + 8 * k);
+        let dim = |k: usize| if is_first { fields.i16(40 + 2 * k) } else { fields.i64(16 + 8 * k) };
+        let code = |at: usize, then: usize| if is_first { fields.i16(at) } else { fields.i32(then) };
         let axes = dim(0);
         let dims = (1..=axes.clamp(0, 7) as usize).map(|k| usize::try_from(dim(k)).ok().filter(|n| *n > 0));
         let dims: Option<Vec<usize>> = dims.collect();
@@ -158,14 +156,14 @@ impl Header {
         Ok(Self {
             big_endian,
             dims,
-            datatype: of(Fields::i16, 70, Fields::i16, 12),
+            datatype: fields.i16(if is_first { 70 } else { 12 }),
             pixdim: [0, 1, 2, 3].map(|k| real(76 + 4 * k, 104 + 8 * k)),
             data_from,
             slope: real(112, 176),
             shift: real(116, 184),
             unit_mm,
-            has_qform: of(Fields::i16, 252, Fields::i32, 344) > 0,
-            has_sform: of(Fields::i16, 254, Fields::i32, 348) > 0,
+            has_qform: code(252, 344) > 0,
+            has_sform: code(254, 348) > 0,
             quaternion: [0, 1, 2].map(|k| real(256 + 4 * k, 352 + 8 * k)),
             rows: [0, 1, 2].map(|row| [0, 1, 2].map(|k| real(280 + 16 * row + 4 * k, 400 + 32 * row + 8 * k))),
         })
