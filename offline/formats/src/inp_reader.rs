@@ -32,6 +32,8 @@ const REFUSED: [&str; 9] = ["NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "SYSTEM
 const WITH_INPUT: [&str; 6] = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION"];
 /// Keywords that only open or close a block.
 const BRACKETS: [&str; 2] = ["ASSEMBLY", "END ASSEMBLY"];
+/// The highest number of a node or an element, so that sums of numbers are numbers.
+const MOST_LABEL: u64 = 1_000_000_000_000_000;
 /// Files that include each other deeper than this include themselves.
 const MOST_INCLUDES: usize = 8;
 
@@ -250,11 +252,11 @@ impl Reader {
         if self.instances.iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {
             return Err(card.place.fail("*INSTANCE", name, "is a second instance of this name"));
         }
-        let Some((_, content)) = self.parts.iter().find(|(other, _)| other.eq_ignore_ascii_case(part)) else {
+        let Some((part, content)) = self.parts.iter().find(|(other, _)| other.eq_ignore_ascii_case(part)) else {
             return Err(card.place.fail("*INSTANCE", part, "is no part of the file (*PART)"));
         };
         let placement = Placement::read(card, data)?;
-        let block = Block::Instance(name.into(), part.into(), placement, card.place.clone());
+        let block = Block::Instance(name.into(), part.clone(), placement, card.place.clone());
         let content = content.clone();
         self.begin(card, block, content)
     }
@@ -289,11 +291,11 @@ impl Reader {
         self.placed.push(part.into());
     }
 
-    /// A round number above all numbers of the model, with room below the next one for numbers up to `highest`.
+    /// A round number above all numbers of the model, with room below the next one for the numbers of any part.
     fn free_offset(&self, highest: u64) -> u64 {
-        let used = self.here.highest();
-        let unit = 10u64.pow(used.max(highest).max(1).ilog10() + 1);
-        (used / unit + 1) * unit
+        let highest = self.parts.iter().map(|(_, part)| part.highest()).fold(highest.max(1), u64::max);
+        let unit = 10u64.saturating_pow(highest.ilog10() + 1);
+        (self.here.highest() / unit + 1).saturating_mul(unit)
     }
 
     /// What is added to the numbers of the block that is being read, or of the instance of that name.
@@ -495,7 +497,7 @@ impl Reader {
                 continue;
             }
             for cell in cells.into_iter().filter(|c| !c.is_empty()) {
-                match cell.parse::<u64>().ok().map(|number| number + offset).or_else(|| self.of_instance(&cell)) {
+                match cell.parse::<u64>().ok().map(|number| number.saturating_add(offset)).or_else(|| self.of_instance(&cell)) {
                     Some(number) => set.numbers.push(number),
                     None if cell.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') => {
                         let name = instance.as_ref().map_or(cell.clone(), |instance| format!("{instance}.{cell}"));
@@ -662,7 +664,7 @@ fn cells(line: &str) -> Vec<String> {
 
 fn whole(cells: &[String], at: usize, keyword: &str, place: &Place) -> Result<u64, Error> {
     let cell = cells.get(at).map_or("", String::as_str);
-    let number = cell.parse::<u64>().ok().filter(|n| *n > 0);
+    let number = cell.parse::<u64>().ok().filter(|n| (1..=MOST_LABEL).contains(n));
     number.ok_or_else(|| place.fail(keyword, cell, format!("is not a number from 1 (column {})", at + 1)))
 }
 

@@ -333,7 +333,10 @@ mod tests {
             b[84..88].copy_from_slice(&f32::NAN.to_le_bytes());
         });
         assert!(no_spacing.unwrap_err().contains("spacings [0.25, NaN, 1.0]"));
-        let sheared = patched(|b| b[288..292].copy_from_slice(&0.4f32.to_le_bytes()));
+        let sheared = patched(|b| {
+            b[288..292].copy_from_slice(&0.4f32.to_le_bytes());
+            b[88..92].copy_from_slice(&1.077f32.to_le_bytes());
+        });
         assert!(sheared.unwrap_err().contains("axes 0 and 2"));
         let four = patched(|b| {
             b[40] = 4;
