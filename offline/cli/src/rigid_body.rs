@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
 use fingerpad_fe::contact::RigidBody;
+use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
 use fingerpad_fe::load_path::{Finger, Response};
 
 /// The rigid body that the finger touches.

@@ -137,14 +137,18 @@ mod tests {
         let field = parse("h.csv", table(99).as_bytes()).unwrap();
         for (header, factors) in [("x_m,y_um,height_nm", [1e-3, 1e3, 1e6]), ("x_cm,y_mm,height_um", [0.1, 1.0, 1e3])] {
             let row = |line: &str| {
-                let cells = line.split(',').zip(factors).map(|(cell, f)| (cell.parse::<f64>().unwrap() * f).to_string());
+                let cells =
+                    line.split(',').zip(factors).map(|(cell, f)| (cell.parse::<f64>().unwrap() * f).to_string());
                 cells.collect::<Vec<_>>().join(",")
             };
             let rows: Vec<String> = table(99).lines().skip(1).map(row).collect();
             let other = parse("h.csv", format!("{header}\n{}\n", rows.join("\n")).as_bytes()).unwrap();
             assert_eq!(other.nodes, field.nodes);
             let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
-            assert!(same(&other.spacing_mm, &field.spacing_mm) && same(&other.heights_mm, &field.heights_mm), "{other:?}");
+            assert!(
+                same(&other.spacing_mm, &field.spacing_mm) && same(&other.heights_mm, &field.heights_mm),
+                "{other:?}"
+            );
         }
         let twice = parse("h.csv", table(99).replace("x_mm,y_mm", "x_mm,x_um").as_bytes()).unwrap_err();
         assert!(twice.contains("`x_um`") && twice.contains("`x_mm`"), "{twice}");

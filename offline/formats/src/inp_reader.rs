@@ -228,7 +228,11 @@ impl Reader {
     /// Begins a part or an instance.
     fn begin(&mut self, card: &Card, block: Block, content: Scope) -> Result<(), Error> {
         if !matches!(self.block, Block::Model) {
-            return Err(card.place.fail("keyword", format!("*{}", card.keyword), "stands inside of a part or an instance"));
+            return Err(card.place.fail(
+                "keyword",
+                format!("*{}", card.keyword),
+                "stands inside of a part or an instance",
+            ));
         }
         self.block = block;
         self.model = std::mem::replace(&mut self.here, content);
@@ -246,7 +250,11 @@ impl Reader {
 
     fn begin_instance(&mut self, card: &Card, data: &[(String, Place)]) -> Result<(), Error> {
         if card.get("LIBRARY").is_some() || card.get("INSTANCE").is_some() {
-            return Err(card.place.fail("*INSTANCE", "LIBRARY", "is the result of another analysis, which is not read"));
+            return Err(card.place.fail(
+                "*INSTANCE",
+                "LIBRARY",
+                "is the result of another analysis, which is not read",
+            ));
         }
         let (name, part) = (card.need("NAME")?, card.need("PART")?);
         if self.instances.iter().any(|(other, _)| other.eq_ignore_ascii_case(name)) {
@@ -303,7 +311,8 @@ impl Reader {
         match card.and_then(|card| Some((card, card.get("INSTANCE")?))) {
             Some((card, name)) => {
                 let found = self.instances.iter().find(|(other, _)| other.eq_ignore_ascii_case(name));
-                let found = found.ok_or_else(|| card.place.fail(&format!("*{}", card.keyword), name, "is no instance"))?;
+                let found =
+                    found.ok_or_else(|| card.place.fail(&format!("*{}", card.keyword), name, "is no instance"))?;
                 Ok((found.1, Some(found.0.clone())))
             }
             None if matches!(self.block, Block::Model) => Ok((self.assembly_offset, None)),
@@ -437,18 +446,17 @@ impl Reader {
             let face = match cells.get(1).map(|c| c.to_uppercase()).as_deref() {
                 // The two sides of elements that are faces themselves.
                 Some("SPOS" | "SNEG") => Some(0),
-                Some(text) => text.strip_prefix('S').and_then(|n| n.parse::<usize>().ok()).filter(|f| (1..=6).contains(f)),
+                Some(text) => {
+                    text.strip_prefix('S').and_then(|n| n.parse::<usize>().ok()).filter(|f| (1..=6).contains(f))
+                }
                 None => None,
             };
             let Some(face) = face else {
                 return Err(place.fail("*SURFACE", line, "is not `element or set, S1 to S6` (of shells SPOS or SNEG)"));
             };
             let is_label = cells[0].parse::<u64>().is_ok() || self.of_instance(&cells[0]).is_some();
-            let what = if is_label {
-                self.reference(&cells, 0, "*SURFACE", place)?.to_string()
-            } else {
-                cells[0].clone()
-            };
+            let what =
+                if is_label { self.reference(&cells, 0, "*SURFACE", place)?.to_string() } else { cells[0].clone() };
             faces.push((what, face, place.clone()));
         }
         self.here.surfaces.entry(name.into()).or_default().extend(faces);
@@ -489,7 +497,8 @@ impl Reader {
             let cells = cells(line);
             if generate {
                 let [from, to] = [whole(&cells, 0, &keyword, place)?, whole(&cells, 1, &keyword, place)?];
-                let step = if cells.get(2).is_some_and(|c| !c.is_empty()) { whole(&cells, 2, &keyword, place)? } else { 1 };
+                let step =
+                    if cells.get(2).is_some_and(|c| !c.is_empty()) { whole(&cells, 2, &keyword, place)? } else { 1 };
                 if step == 0 || from > to || (to - from) / step > 100_000_000 {
                     return Err(place.fail(&keyword, line, "is not `from, to, step` with from <= to and step > 0"));
                 }
@@ -497,7 +506,12 @@ impl Reader {
                 continue;
             }
             for cell in cells.into_iter().filter(|c| !c.is_empty()) {
-                match cell.parse::<u64>().ok().map(|number| number.saturating_add(offset)).or_else(|| self.of_instance(&cell)) {
+                match cell
+                    .parse::<u64>()
+                    .ok()
+                    .map(|number| number.saturating_add(offset))
+                    .or_else(|| self.of_instance(&cell))
+                {
                     Some(number) => set.numbers.push(number),
                     None if cell.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') => {
                         let name = instance.as_ref().map_or(cell.clone(), |instance| format!("{instance}.{cell}"));
@@ -520,7 +534,9 @@ impl Reader {
         self.place_parts();
         let [node_names, element_names, surface_names] = std::mem::take(&mut self.bare);
         let mut surfaces = std::mem::take(&mut self.here.surfaces);
-        for (name, qualified) in surface_names.into_iter().filter(|(name, _)| find(&surfaces, name).is_none()).collect::<Vec<_>>() {
+        for (name, qualified) in
+            surface_names.into_iter().filter(|(name, _)| find(&surfaces, name).is_none()).collect::<Vec<_>>()
+        {
             let faces = qualified.iter().flat_map(|set| surfaces[set].clone()).collect();
             surfaces.insert(name, faces);
         }
@@ -556,7 +572,8 @@ impl Reader {
         for (name, part) in std::mem::take(&mut self.parts) {
             if none {
                 self.place_instance(&name, &name, part, &Placement::default());
-            } else if !self.placed.iter().any(|placed| placed.eq_ignore_ascii_case(&name)) && !part.elements.is_empty() {
+            } else if !self.placed.iter().any(|placed| placed.eq_ignore_ascii_case(&name)) && !part.elements.is_empty()
+            {
                 self.ignored.push(format!("part {name}, of which there is no instance"));
             }
         }
@@ -564,7 +581,10 @@ impl Reader {
 }
 
 /// Faces of every surface by their corners.
-fn faces_of_surfaces(surfaces: &BTreeMap<String, Faces>, mesh: &RawMesh) -> Result<BTreeMap<String, Vec<Vec<u64>>>, Error> {
+fn faces_of_surfaces(
+    surfaces: &BTreeMap<String, Faces>,
+    mesh: &RawMesh,
+) -> Result<BTreeMap<String, Vec<Vec<u64>>>, Error> {
     let elements: BTreeMap<u64, &RawElement> = mesh.elements.iter().map(|e| (e.label, e)).collect();
     let mut found = BTreeMap::new();
     for (name, entries) in surfaces {

@@ -187,7 +187,11 @@ impl Header {
             768 => of!(u32),
             1024 => of!(i64),
             1280 => of!(u64),
-            other => return Err(format!("values of type {other} (a colour, a complex number, ...): labels are whole numbers")),
+            other => {
+                return Err(format!(
+                    "values of type {other} (a colour, a complex number, ...): labels are whole numbers"
+                ));
+            }
         })
     }
 

@@ -100,7 +100,9 @@ pub(crate) fn read_values(path: &Path, axes: usize) -> Result<([usize; 3], [Vect
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             if words.len() > count {
                 let found = words.len();
-                return Err(problem(format!("the data have {found} numbers, but {size:?} are {count}: the sizes are wrong")));
+                return Err(problem(format!(
+                    "the data have {found} numbers, but {size:?} are {count}: the sizes are wrong"
+                )));
             }
             words.into_iter().map(number).collect::<Result<_, _>>()?
         }

@@ -116,8 +116,16 @@ fn an_stl_with_a_hole_is_refused_with_its_place() {
 fn details_of_micrometres_make_no_slivers() {
     // Each fills the shape of 16 mm over z = 0, and its largest flat face lies on top.
     let shapes = [
-        ("cylinders", "a = o.addCylinder(0, 0, 1, 0, 0, 4, 8); b = o.addCylinder(0.003, 0, 0, 0, 0, 1, 8); o.fuse([(3, a)], [(3, b)])", 1005.3),
-        ("step", "a = o.addBox(-8, -8, 1, 16, 16, 4); b = o.addBox(-8.0004, -8.002, 0, 16, 16, 1); o.fuse([(3, a)], [(3, b)])", 1280.0),
+        (
+            "cylinders",
+            "a = o.addCylinder(0, 0, 1, 0, 0, 4, 8); b = o.addCylinder(0.003, 0, 0, 0, 0, 1, 8); o.fuse([(3, a)], [(3, b)])",
+            1005.3,
+        ),
+        (
+            "step",
+            "a = o.addBox(-8, -8, 1, 16, 16, 4); b = o.addBox(-8.0004, -8.002, 0, 16, 16, 1); o.fuse([(3, a)], [(3, b)])",
+            1280.0,
+        ),
     ];
     for (name, shape, volume_mm3) in shapes {
         let folder = tempfile::tempdir().unwrap();
@@ -134,13 +142,17 @@ fn details_of_micrometres_make_no_slivers() {
         let done = recipe(folder.path(), &[&["finger.step"][..], &sizes].concat());
         let said = String::from_utf8(done.stdout).unwrap();
         assert!(done.status.success(), "{name}: {said}{}", String::from_utf8_lossy(&done.stderr));
-        let stated: f64 = said.split("least scaled Jacobian ").nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap();
+        let stated: f64 =
+            said.split("least scaled Jacobian ").nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap();
         let (fingertip, _) = Config::read(&folder.path().join("finger.toml")).unwrap().fingertip().unwrap();
         check(&fingertip.mesh).unwrap();
         let report = quality(&fingertip.mesh);
         println!("{name}: {said}{report:?}");
         // The script prints the number of the importer.
-        assert!((stated - report.worst_tet_scaled_jacobian).abs() < 6e-4 && stated > 0.1, "{name}: {stated} {report:?}");
+        assert!(
+            (stated - report.worst_tet_scaled_jacobian).abs() < 6e-4 && stated > 0.1,
+            "{name}: {stated} {report:?}"
+        );
         assert!(said.contains("details smaller than"), "{name}: {said}");
         verify(name, "error of the volume", (report.volume_mm3() / volume_mm3 - 1.0).abs(), 0.01);
         // The held face is whole.

@@ -147,7 +147,8 @@ fn implausible_heights(field: &formats::heights::Heights) -> Option<String> {
         along(1, spacing_mm[0]).chain(along(nx, spacing_mm[1])).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
     let slope = (sum / count).sqrt();
     if slope > STEEPEST && slope.is_finite() {
-        let (low, high) = heights_mm.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (low, high) =
+            heights_mm.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         return Some(format!(
             "the heights differ by {} mm over a grid of {} mm, a mean slope of {}; are the heights in micrometres? If so, name \
              the column height_um, or convert it",

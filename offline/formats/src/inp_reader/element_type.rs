@@ -65,8 +65,14 @@ mod tests {
             (&["C3D27", "C3D27RH"], read(RawKind::Hex, 27, 8)),
             (&["C3D4", "C3D4H"], read(RawKind::Tet, 4, 4)),
             (&["C3D10", "C3D10M", "C3D10HS", "C3D10MHT"], read(RawKind::Tet10, 10, 10)),
-            (&["CPS3", "CPE3H", "S3", "S3R", "STRI3", "M3D3", "SFM3D3", "R3D3", "CAX3", "DC2D3", "DS3"], read(RawKind::Tri, 3, 3)),
-            (&["CPS6", "CPS6M", "CPE6", "S6", "STRI65", "M3D6", "SFM3D6", "R3D6", "CAX6", "DC2D6"], read(RawKind::Tri, 6, 6)),
+            (
+                &["CPS3", "CPE3H", "S3", "S3R", "STRI3", "M3D3", "SFM3D3", "R3D3", "CAX3", "DC2D3", "DS3"],
+                read(RawKind::Tri, 3, 3),
+            ),
+            (
+                &["CPS6", "CPS6M", "CPE6", "S6", "STRI65", "M3D6", "SFM3D6", "R3D6", "CAX6", "DC2D6"],
+                read(RawKind::Tri, 6, 6),
+            ),
             (&["CPS4", "CPEG4R", "S4R", "S4R5", "M3D4R", "SFM3D4R", "R3D4"], read(RawKind::Quad, 4, 4)),
             (&["CPS8", "CPE8R", "S8R", "S8R5", "M3D8", "SFM3D8R", "DS8"], read(RawKind::Quad, 8, 8)),
             (&["M3D9", "M3D9R", "S9R5"], read(RawKind::Quad, 9, 9)),

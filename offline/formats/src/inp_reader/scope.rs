@@ -105,7 +105,11 @@ impl Placement {
             (0..count).map(number).collect()
         };
         if let Some((line, place)) = data.get(2) {
-            return Err(place.fail("*INSTANCE", line, "is a third line: a translation and a turn about an axis are read"));
+            return Err(place.fail(
+                "*INSTANCE",
+                line,
+                "is a third line: a translation and a turn about an axis are read",
+            ));
         }
         let mut placement = Self::default();
         if let Some(line) = data.first() {

@@ -68,11 +68,13 @@ fn parse_with(files: &[(&str, &str)]) -> Result<RawMesh, String> {
 
 #[test]
 fn data_lines_in_another_file() {
-    let whole = parse(&format!("{NODES}*ELEMENT, TYPE=C3D8, ELSET=skin\n10, 1,2,3,4,5,6,7,8\n*NSET, NSET=a\n1, 2\n")).unwrap();
+    let whole =
+        parse(&format!("{NODES}*ELEMENT, TYPE=C3D8, ELSET=skin\n10, 1,2,3,4,5,6,7,8\n*NSET, NSET=a\n1, 2\n")).unwrap();
     let nodes = NODES.split_once("*Node, nset=ALL\n").unwrap().1;
     let main = "*Heading\n*Node, nset=ALL, input=nodes.dat\n*Element, type=C3D8, elset=skin, INPUT = \"elements.dat\"\n\
         *Nset, nset=a, input=a.dat\n2\n";
-    let files = [("m.inp", main), ("nodes.dat", nodes), ("elements.dat", "** one\n10, 1,2,3,4,\n5,6,7,8\n"), ("a.dat", "1\n")];
+    let files =
+        [("m.inp", main), ("nodes.dat", nodes), ("elements.dat", "** one\n10, 1,2,3,4,\n5,6,7,8\n"), ("a.dat", "1\n")];
     let apart = parse_with(&files).unwrap();
     assert_eq!((&apart.nodes, &apart.elements), (&whole.nodes, &whole.elements));
     assert_eq!((&apart.node_sets, &apart.element_sets), (&whole.node_sets, &whole.element_sets));
@@ -80,7 +82,9 @@ fn data_lines_in_another_file() {
     let wrong = [("m.inp", main), ("nodes.dat", "1, 0, 0, 0\n2, 0, x\n")];
     assert!(parse_with(&wrong).unwrap_err().contains("nodes.dat:2: *NODE: `x` is not a finite number"));
     let keyword = [("m.inp", main), ("nodes.dat", "*Node\n1, 0, 0, 0\n")];
-    assert!(parse_with(&keyword).unwrap_err().contains("nodes.dat:1: *NODE: `*Node` is a keyword in a file of data lines"));
+    assert!(
+        parse_with(&keyword).unwrap_err().contains("nodes.dat:1: *NODE: `*Node` is a keyword in a file of data lines")
+    );
 }
 
 #[test]
@@ -99,7 +103,10 @@ fn faces_and_hexahedra_of_second_order() {
         let kinds: Vec<_> = mesh.elements.iter().map(|e| (e.kind, e.nodes.len())).collect();
         assert_eq!(kinds, [(RawKind::Hex, 8), (RawKind::Quad, face_nodes as usize), (RawKind::Tri, 6)]);
         assert_eq!(mesh.surfaces["up"], [vec![1, 2, 3, 4], vec![1, 2, 3]]);
-        assert_eq!(mesh.ignored[1..], [format!("nodes of {hexes} but for its corners"), "elements of type T3D3".into()]);
+        assert_eq!(
+            mesh.ignored[1..],
+            [format!("nodes of {hexes} but for its corners"), "elements of type T3D3".into()]
+        );
     }
 }
 
@@ -130,7 +137,9 @@ fn parts_and_placed_instances() {
     assert_eq!(labels, [1, 11, 21]);
     assert_eq!((place(7), place(17)), (Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0, 1.0, 2.0)));
     // Moved by 1 along x, then turned by 90 degrees about the line x = 1 along y: x goes to -z, z to x.
-    for (label, expected) in [(21, [1.0, 0.0, 0.0]), (22, [1.0, 0.0, -1.0]), (25, [2.0, 0.0, 0.0]), (27, [2.0, 1.0, -1.0])] {
+    for (label, expected) in
+        [(21, [1.0, 0.0, 0.0]), (22, [1.0, 0.0, -1.0]), (25, [2.0, 0.0, 0.0]), (27, [2.0, 1.0, -1.0])]
+    {
         assert!((place(label) - Vector3::from(expected)).norm() < 1e-12, "{label}: {}", place(label));
     }
     assert_eq!(place(31), Vector3::new(9.0, 9.0, 9.0));
@@ -141,9 +150,15 @@ fn parts_and_placed_instances() {
     assert_eq!((&mesh.node_sets["Low-1.Set-1"], &mesh.element_sets["Set-1"]), (&vec![5, 6, 7, 8], &vec![1, 11, 21]));
     assert_eq!((&mesh.element_sets["gel"], &mesh.node_sets["Ref"]), (&vec![11, 21], &vec![31]));
     assert_eq!(mesh.surfaces["top"], [[25, 28, 27, 26], [1, 2, 3, 4]]);
-    assert_eq!((&mesh.surfaces["under"], &mesh.surfaces["Low-1.under"]), (&vec![vec![1, 2, 3, 4]], &vec![vec![1, 2, 3, 4]]));
+    assert_eq!(
+        (&mesh.surfaces["under"], &mesh.surfaces["Low-1.under"]),
+        (&vec![vec![1, 2, 3, 4]], &vec![vec![1, 2, 3, 4]])
+    );
     assert_eq!(mesh.ties, [RawTie { slave: 11, masters: vec![(5, 1.0)] }]);
-    assert_eq!(mesh.renumbered, ["10 was added to the numbers of instance Up-1", "20 was added to the numbers of instance Up-2"]);
+    assert_eq!(
+        mesh.renumbered,
+        ["10 was added to the numbers of instance Up-1", "20 was added to the numbers of instance Up-2"]
+    );
     assert_eq!(mesh.ignored, ["*HEADING"]);
 }
 

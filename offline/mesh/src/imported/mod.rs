@@ -20,8 +20,8 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::{Matrix3, Vector3};
 
 pub use error::ImportError;
-use fingerpad_formats::significant;
 pub use fingerpad_formats::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
+use fingerpad_formats::significant;
 pub use settings::{ImportFrame, ImportedGeometry, RegionNames, SetNames};
 
 use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian, tet10_scaled_jacobian};

@@ -210,7 +210,10 @@ fn a_mesh_in_another_unit_is_refused_with_the_unit() {
         let made = imported_fingertip(&raw, &ImportedGeometry { unit_mm: proposed, ..held() }, &[]).unwrap();
         assert!((quality(&made.fingertip.mesh).volume_mm3() - 27.0 * 125.0).abs() < 1e-6);
         // A file in mm with the unit of another.
-        let text = refused(|raw| raw.nodes.iter_mut().for_each(|n| n.1 *= 5.0), &ImportedGeometry { unit_mm: factor, ..held() });
+        let text = refused(
+            |raw| raw.nodes.iter_mut().for_each(|n| n.1 *= 5.0),
+            &ImportedGeometry { unit_mm: factor, ..held() },
+        );
         assert!(text.contains("Set unit_mm = 1"), "{text}");
     }
 }

@@ -85,7 +85,7 @@ fn refusals_name_the_files_numbers() {
         raw.elements[e].nodes.truncate(4);
     };
     for (expected, text) in [
-        ("element 106 is twisted", refused(|r| r.elements[5].nodes.swap(4, 9))),
+        ("element 106 is twisted", refused(|r| r.elements[5].nodes.swap(0, 9))),
         ("element 107 (skin) is a 4-node tetrahedron, which locks", refused(|r| first_order(r, 6))),
         (
             "of 10 nodes and element 107 of first order share node",
@@ -140,13 +140,21 @@ fn edge_nodes_in_the_order_of_another_format_are_named() {
         };
         let text = refused(change);
         let count = raw().elements.len();
-        assert!(text.contains(&format!("edges {found} of its corners, and the format has {expected}; {count} elements")), "{text}");
+        assert!(
+            text.contains(&format!("edges {found} of its corners, and the format has {expected}; {count} elements")),
+            "{text}"
+        );
     }
     let text = refused(|raw| {
         raw.gmsh_edges = true;
         raw.elements.iter_mut().for_each(|element| element.nodes.swap(8, 9));
     });
-    assert!(text.contains("edges 1-2, 2-3, 3-1, 1-4, 2-4, 3-4 of its corners, and the format has 1-2, 2-3, 3-1, 1-4, 3-4, 2-4"), "{text}");
+    assert!(
+        text.contains(
+            "edges 1-2, 2-3, 3-1, 1-4, 2-4, 3-4 of its corners, and the format has 1-2, 2-3, 3-1, 1-4, 3-4, 2-4"
+        ),
+        "{text}"
+    );
     // Two corners that are exchanged are no matter of the edges' order alone, and one element is counted alone.
     let text = refused(|raw| raw.elements[3].nodes.swap(8, 9));
     assert!(text.contains("element 104: its mid-side nodes") && text.contains("; 1 elements of the file"), "{text}");
