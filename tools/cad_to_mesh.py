@@ -120,6 +120,7 @@ def load(arguments):
         gmsh.model.geo.synchronize()
     else:
         raise Refused("the name of a file to be meshed ends in .step, .stp or .stl")
+    check_size(arguments)
     if not gmsh.model.getEntities(3):
         raise Refused("holds no volume: export it as a solid, not as surfaces")
     if kind != ".stl":
@@ -128,6 +129,15 @@ def load(arguments):
         low = lowest(arguments)
         gmsh.model.mesh.clear()
     return low
+
+
+def check_size(arguments):
+    """Refuses a size that only another unit explains."""
+    box = gmsh.model.getBoundingBox(-1, -1)
+    longest = max(high - low for low, high in zip(box, box[3:]))
+    for name, factor in [("metres", 1000.0), ("micrometres", 0.001)]:
+        if not 0.3 <= longest <= 3000 and 2 <= longest * factor <= 300:
+            raise Refused(f"is {longest:.3g} mm long, which no fingertip is; in {name}? Give --unit-mm {arguments.unit_mm * factor:g}")
 
 
 def scaled(factor):

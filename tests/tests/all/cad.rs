@@ -111,6 +111,23 @@ fn an_stl_with_a_hole_is_refused_with_its_place() {
     assert!(message.contains("with 3 corners, beside facet "), "{message}");
 }
 
+#[test]
+fn an_stl_in_metres_is_recognised() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stl = std::fs::read(shipped("fingertip.stl")).unwrap();
+    for facet in stl[84..].chunks_exact_mut(50) {
+        for number in facet[12..48].chunks_exact_mut(4) {
+            let scaled = 1e-3 * f32::from_le_bytes(number.try_into().unwrap());
+            number.copy_from_slice(&scaled.to_le_bytes());
+        }
+    }
+    std::fs::write(folder.path().join("metres.stl"), &stl).unwrap();
+    let refused = recipe(folder.path(), &["metres.stl", "--list"]);
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert!(message.contains("is 0.016 mm long, which no fingertip is; in metres? Give --unit-mm 1000"), "{message}");
+    assert!(recipe(folder.path(), &["metres.stl", "--list", "--unit-mm", "1000"]).status.success());
+}
+
 /// CAD models with details of micrometres, of which a mesh makes slivers: edges that miss each other, a step between two faces.
 #[test]
 fn details_of_micrometres_make_no_slivers() {

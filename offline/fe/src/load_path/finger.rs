@@ -102,14 +102,16 @@ impl Tissue {
     /// Unusual stiffnesses, which another unit may explain, with the sections that hold them.
     pub fn doubts(&self) -> Vec<(String, Doubt)> {
         let own = [
-            ("skin", Stiffness::Soft, self.skin.young_mpa()),
-            ("subcutaneous", Stiffness::Soft, self.subcutaneous.young_mpa()),
+            ("skin", Stiffness::of_law(&self.skin), self.skin.young_mpa()),
+            ("subcutaneous", Stiffness::of_law(&self.subcutaneous), self.subcutaneous.young_mpa()),
             ("nail", Stiffness::Nail, self.nail.young_mpa),
             ("bone.elastic", Stiffness::Bone, self.bone.elastic.young_mpa),
         ];
         let own = own.into_iter().map(|(name, kind, young_mpa)| (format!("tissue.{name}"), kind.doubt(young_mpa)));
-        let named = self.regions.iter();
-        let named = named.map(|(name, law)| (format!("tissue.regions.{name}"), Stiffness::Soft.doubt(law.young_mpa())));
+        let named = self
+            .regions
+            .iter()
+            .map(|(name, law)| (format!("tissue.regions.{name}"), Stiffness::of_law(law).doubt(law.young_mpa())));
         own.chain(named).filter_map(|(section, doubt)| Some((section, doubt?))).collect()
     }
 

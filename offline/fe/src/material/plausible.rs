@@ -1,5 +1,6 @@
 //! Stiffnesses that only another unit explains.
 
+use super::Material;
 use fingerpad_formats::significant;
 
 /// Kinds of solids with the Young's moduli that they have.
@@ -11,15 +12,23 @@ pub enum Stiffness {
     Nail,
     /// Bone, core.
     Bone,
+    /// A region of linear law, which may be soft or stiff.
+    Linear,
 }
 
 impl Stiffness {
+    /// That of the law of a soft region.
+    pub fn of_law(law: &Material) -> Self {
+        if matches!(law, Material::Linear(_)) { Self::Linear } else { Self::Soft }
+    }
+
     /// Moduli that are usual, and those beyond which a value is refused, MPa.
     fn ranges(self) -> ([f64; 2], [f64; 2]) {
         match self {
             Self::Soft => ([0.005, 20.0], [1e-4, 1e3]),
             Self::Nail => ([20.0, 2e4], [1e-3, 1e6]),
             Self::Bone => ([50.0, 3e5], [1e-3, 2e6]),
+            Self::Linear => ([0.005, 3e5], [1e-4, 2e6]),
         }
     }
 
@@ -33,6 +42,7 @@ impl Stiffness {
             Self::Soft => "skin, silicone and gels",
             Self::Nail => "nails",
             Self::Bone => "bones and rigid cores",
+            Self::Linear => "solids",
         };
         let guesses: Vec<String> = [("Pa", 1e-6), ("kPa", 1e-3), ("GPa", 1e3)]
             .into_iter()
@@ -94,6 +104,7 @@ mod tests {
             assert!(!doubt.is_refused && doubt.sentence.contains(&proposed), "{doubt:?}");
             assert!(kind.doubt(gpa * 1e9).unwrap().is_refused);
             assert_eq!(kind.doubt(gpa * 1e3), None);
+            assert_eq!(Stiffness::Linear.doubt(gpa * 1e3), None);
         }
     }
 }
