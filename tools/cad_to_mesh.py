@@ -31,6 +31,7 @@ def main():
     arguments = parsed()
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add("cad")
     try:
         low = load(arguments)
         if arguments.list:
@@ -369,8 +370,9 @@ def straighten(nodes, places, moved):
     squeezed = set()
     # Straightening one may squeeze its neighbour.
     for _ in range(20):
-        more = [n for n in range(len(nodes)) if n not in squeezed
-                and shape_and_squeeze([places[k] for k in nodes[n]])[1] < 0.15]
+        of_all = [shape_and_squeeze([places[k] for k in tetrahedron]) for tetrahedron in nodes]
+        is_squeezed = lambda shape, squeeze: squeeze < 0.15 or squeeze < 0.99 and shape * squeeze < GOOD
+        more = [n for n, found in enumerate(of_all) if n not in squeezed and is_squeezed(*found)]
         if not more:
             break
         squeezed.update(more)
