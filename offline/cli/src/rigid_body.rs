@@ -106,7 +106,9 @@ pub fn warn_of_contact_beyond(finger: &Finger, responses: &[Response]) {
         ((0..2).any(outside) && radius_mm > 0.0).then_some((r.t_s, middle, radius_mm))
     });
     if let Some((t_s, [x, y], radius_mm)) = beyond {
-        let ([x0, x1], [y0, y1]) = (side(0), side(1));
+        let number = |value: f64| fingerpad_formats::significant(value, 4);
+        let ([x0, x1], [y0, y1]) = (side(0).map(number), side(1).map(number));
+        let t_s = number(t_s);
         eprintln!(
             "warning: at t = {t_s} s the contact, about {radius_mm:.2} mm in radius at x = {x:.2} mm, y = {y:.2} mm of the grid, reaches beyond \
              the heights, which are given from {x0} to {x1} mm and from {y0} to {y1} mm; there the heights of the border go on"
