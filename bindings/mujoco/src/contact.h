@@ -36,9 +36,6 @@ typedef struct {
   /* Whether the finger touches. */
   mjtNum touches;
   known_stability stable;
-  /* Acceleration of the finger's site against the geom by MuJoCo's own constraints in the last step, m/s² and rad/s²; zeros unless the
-   * step was semi-implicit. */
-  mjtNum by_constraints[AXES];
   /* Of a mesh: its shape near the finger. */
   local_shape local;
   /* Words; all before it are numbers. */

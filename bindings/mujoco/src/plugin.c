@@ -30,10 +30,6 @@ typedef struct {
   outcome now;
   /* Where it is in the present pass. */
   placement here;
-  /* Whether the forces were semi-implicit where the present step began; then the site's velocity against the geom at the end of the
-   * step but for MuJoCo's constraints. */
-  int start_coupled;
-  mjtNum ahead[AXES];
   /* The memory that was read last and the numbers of the plugin's state that it was read from. */
   memory kept;
   mjtNum kept_numbers[NUMBERS_BESIDE + WORDS_MAX];
@@ -239,19 +235,13 @@ static void apply_all(const mjModel* m, mjData* d, int later) {
     if (contact->now.is_semi_implicit) {
       coupled[coupled_count++] = (coupled_contact){
           .s = list[i].s, .geom = list[i].s->geoms[list[i].slot], .here = contact->here, .now = &contact->now,
-          .stiffness = contact->after.stable.stiffness, .by_constraints = contact->after.by_constraints,
+          .stiffness = contact->after.stable.stiffness,
       };
     } else {
       contact_apply(&contact->now, list[i].s, &contact->here, m, d, list[i].s->geoms[list[i].slot]);
     }
   }
   if (coupled_count) apply_coupled(m, d, coupled, coupled_count);
-  for (int i = 0, at = 0; i < count && !later; i++) {
-    contact_data* contact = list[i].contact;
-    contact->start_coupled = contact->now.is_semi_implicit;
-    if (!contact->start_coupled) continue;
-    mju_copy(contact->ahead, coupled[at++].ahead, AXES);
-  }
   free(coupled);
   free(list);
 }
@@ -277,7 +267,6 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
     contact->now = contact_step(&past, &contact->here, s, i, strength, m->opt.timestep);
     if (!later) {
       contact->start = contact->here;
-      contact->start_coupled = 0;
       memcpy(&contact->after, &past, sizeof(past));
       contact->strength = strength;
       contact->dt = m->opt.timestep;
@@ -343,16 +332,6 @@ static void compute(const mjModel* m, mjData* d, int instance, int capability) {
   }
 }
 
-/* The acceleration by MuJoCo's constraints in the step that has been taken. */
-static void update_constraints(const mjModel* m, mjData* d, instance_data* data, int i) {
-  contact_data* contact = &data->contact[i];
-  mjtNum velocity[AXES], *by = contact->after.by_constraints;
-  mju_zero(by, AXES);
-  if (!contact->start_coupled || d->nefc == 0) return;
-  velocity_against(velocity, m, d, data->settings.site, data->settings.geoms[i], &contact->start);
-  for (int k = 0; k < AXES; k++) by[k] = (velocity[k] - contact->ahead[k]) / m->opt.timestep;
-}
-
 /* The step is taken: the memory moves on to where it began. */
 static void advance(const mjModel* m, mjData* d, int instance) {
   instance_data* data = data_of(d, instance);
@@ -365,7 +344,6 @@ static void advance(const mjModel* m, mjData* d, int instance) {
     memory past;
     to_start(&past, data, m, d, instance, i);
     memcpy(&data->contact[i].after, &past, sizeof(past));
-    update_constraints(m, d, data, i);
   }
   warn(m, d, instance);
   for (int i = 0; i < s->geom_count; i++) {
