@@ -30,6 +30,8 @@ typedef struct {
   outcome now;
   /* Where it is in the present pass. */
   placement here;
+  /* Whether the finger was far where the present step began; then its memory stays as it is. */
+  int is_far;
   /* The memory that was read last and the numbers of the plugin's state that it was read from. */
   memory kept;
   mjtNum kept_numbers[NUMBERS_BESIDE + WORDS_MAX];
@@ -45,7 +47,7 @@ typedef struct {
   /* Whether `start` holds the placements at which the present step began, and the time of them. */
   int has_start;
   mjtNum start_s;
-  /* Whether a time step that is too long has been reported. */
+  /* What was warned of. */
   int warned;
   /* One for each geom of the settings. */
   contact_data* contact;
@@ -255,15 +257,17 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
   for (int i = 0; i < s->geom_count; i++) {
     contact_data* contact = &data->contact[i];
     float strength = settings_strength(s, d, i);
+    const mjtNum* numbers = numbers_of(m, d, instance, i);
     memory past;
+    place(&contact->here, s, d, s->geoms[i]);
+    if (!later) contact->is_far = contact_is_far(&contact->now, numbers, s, i, &contact->here);
+    if (contact->is_far) continue;
     if (later) {
       to_start(&past, data, m, d, instance, i);
     } else {
-      const mjtNum* numbers = numbers_of(m, d, instance, i);
       read(&past, contact, s, numbers);
       keep(contact, s, &past, numbers);
     }
-    place(&contact->here, s, d, s->geoms[i]);
     contact->now = contact_step(&past, &contact->here, s, i, strength, m->opt.timestep);
     if (!later) {
       contact->start = contact->here;
@@ -280,17 +284,62 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
   if (next_instance(m, d, instance) < 0) apply_all(m, d, later);
 }
 
-/* Warns once of a time step that is too long for explicit forces. */
+/* Whether MuJoCo's own contact acts between the finger's body and the geom on the side of the pad, and before the pad is compressed
+ * beyond its range: it takes the load in the pad's place. */
+static int own_contact(const mjModel* m, const mjData* d, const settings* s, int slot, const contact_data* contact) {
+  int finger = m->body_weldid[m->site_bodyid[s->site]];
+  const mjtNum* site = d->site_xmat + 9 * s->site;
+  if (contact->now.status & FINGERPAD_STATUS_DEPTH_ABOVE_RANGE) return 0;
+  for (int i = 0; i < d->ncon; i++) {
+    const mjContact* own = d->contact + i;
+    int second = own->geom[1] == s->geoms[slot], other = own->geom[second ? 0 : 1];
+    if (own->efc_address < 0 || other < 0 || (!second && own->geom[0] != s->geoms[slot])) continue;
+    if (m->body_weldid[m->geom_bodyid[other]] != finger) continue;
+    /* Out of the pad along the contact's normal, which points from the first geom to the second. */
+    mjtNum out = 0;
+    for (int k = 0; k < 3; k++) out -= mju_dot3(site + 3 * k, (const mjtNum[3]){s->level[2], s->level[5], s->level[8]}) * own->frame[k];
+    if ((second ? out : -out) > 0.5) return 1;
+  }
+  return 0;
+}
+
+/* What an instance warns of, each once: bits of `warned`. */
+enum { TOO_LONG = 1, TOO_FAST = 2, TURNED_ROUND = 4, OWN_CONTACT = 8 };
+
+static int is_first(instance_data* data, int what, int is_so) {
+  if (!is_so || (data->warned & what)) return 0;
+  data->warned |= what;
+  return 1;
+}
+
 static void warn(const mjModel* m, const mjData* d, int instance) {
   instance_data* data = data_of(d, instance);
-  for (int i = 0; i < data->settings.geom_count && !data->warned; i++) {
+  const settings* s = &data->settings;
+  const char *who = mj_id2name(m, mjOBJ_PLUGIN, instance), *site = mj_id2name(m, mjOBJ_SITE, s->site);
+  for (int i = 0; i < s->geom_count; i++) {
     const outcome* now = &data->contact[i].now;
-    if (!(now->status & STATUS_STEP_TOO_LONG)) continue;
-    const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
-    data->warned = 1;
-    mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of explicit forces at "
-                "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, now->stable_step_s,
-                d->time);
+    const char* geom = mj_id2name(m, mjOBJ_GEOM, s->geoms[i]);
+    int is_long = (now->status & STATUS_STEP_TOO_LONG) != 0, is_explicit = m->opt.timestep > now->stable_step_s;
+    if (is_first(data, TOO_LONG, is_long && is_explicit)) {
+      mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of explicit forces at "
+                  "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, now->stable_step_s,
+                  d->time);
+    }
+    if (is_first(data, TOO_FAST, is_long && !is_explicit)) {
+      mju_warning("fingerpad.contact, instance '%s': the finger comes closer to geom '%s' by more than %d mm in a step of %g s, at %g s of "
+                  "simulated time; it may go through: take shorter steps or come more slowly", who ? who : "", geom ? geom : "", BEGINS_MM,
+                  m->opt.timestep, d->time);
+    }
+    if (is_first(data, TURNED_ROUND, now->faces_away)) {
+      mju_warning("fingerpad.contact, instance '%s': site '%s' reaches geom '%s' with its back, at %g s of simulated time, and does not touch; "
+                  "the site's x axis points along the finger to its tip, z from the pad to the nail", who ? who : "", site ? site : "",
+                  geom ? geom : "", d->time);
+    }
+    if (!(data->warned & OWN_CONTACT) && is_first(data, OWN_CONTACT, own_contact(m, d, s, i, &data->contact[i]))) {
+      mju_warning("fingerpad.contact, instance '%s': MuJoCo's own contact acts between the finger and geom '%s' in front of the pad, at %g s of "
+                  "simulated time, and bears the load; switch it off (contype, conaffinity), or let the finger's geom end 6 mm behind the "
+                  "site", who ? who : "", geom ? geom : "", d->time);
+    }
   }
 }
 
@@ -340,14 +389,16 @@ static void advance(const mjModel* m, mjData* d, int instance) {
     reset(m, numbers_of(m, d, instance, 0), data, instance);
     return;
   }
-  for (int i = 0; i < s->geom_count; i++) {
-    memory past;
-    to_start(&past, data, m, d, instance, i);
-    memcpy(&data->contact[i].after, &past, sizeof(past));
-  }
   warn(m, d, instance);
   for (int i = 0; i < s->geom_count; i++) {
     mjtNum* numbers = numbers_of(m, d, instance, i);
+    memory past;
+    if (data->contact[i].is_far) {
+      contact_stay_far(&data->contact[i].now, numbers);
+      continue;
+    }
+    to_start(&past, data, m, d, instance, i);
+    memcpy(&data->contact[i].after, &past, sizeof(past));
     memory_write(&data->contact[i].after, s, numbers);
     keep(&data->contact[i], s, &data->contact[i].after, numbers);
   }
