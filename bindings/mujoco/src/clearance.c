@@ -24,19 +24,25 @@ static mjtNum gap_mm(const settings* s, int slot, const placement* here, const m
   mju_sub3(apart, point, here->geom.position_mm);
   mju_negQuat(back, here->geom.quaternion);
   mju_rotVecQuat(at, apart, back);
-  if (s->mesh[slot].count) {
-    mju_scl3(at, at, 1 / MM_PER_M);
-    return MM_PER_M * facets_gap(&s->mesh[slot], at);
-  }
   mjtNum sides[3];
+  const facets* mesh = &s->mesh[slot];
+  if (mesh->count) {
+    mju_scl3(at, at, 1 / MM_PER_M);
+    for (int i = 0; i < 3; i++) sides[i] = mju_max(at[i] - mesh->most[i], mesh->least[i] - at[i]);
+    mjtNum gap = MM_PER_M * outside(sides, 3);
+    return gap > s->enclosing_mm + FAR_MM ? gap : MM_PER_M * facets_gap(mesh, at);
+  }
   switch (s->shape[slot].kind) {
     case FINGERPAD_SHAPE_BOX:
       for (int i = 0; i < 3; i++) sides[i] = fabs(at[i]) - size[i];
       return outside(sides, 3);
     case FINGERPAD_SHAPE_SPHERE: return mju_norm3(at) - size[0];
     case FINGERPAD_SHAPE_ELLIPSOID:
-      for (int i = 0; i < 3; i++) at[i] /= size[i];
-      return (mju_norm3(at) - 1) * mju_min(size[0], mju_min(size[1], size[2]));
+      /* Beyond the plane that touches the ellipsoid where it has the normal of its scaled copy through the point. */
+      for (int i = 0; i < 3; i++) sides[i] = at[i] / (size[i] * size[i]);
+      mju_normalize3(sides);
+      for (int i = 0; i < 3; i++) back[i] = size[i] * sides[i];
+      return mju_dot3(at, sides) - mju_norm3(back);
     case FINGERPAD_SHAPE_CAPSULE:
       at[2] = mju_max(0, fabs(at[2]) - size[1]);
       return mju_norm3(at) - size[0];

@@ -156,7 +156,7 @@ void report_stability(outcome* now, const settings* s, const known_stability* st
 /* Flag of a finger that reaches the geom, or may in the next step, so fast that a contact would begin too deep or not at all. */
 static int too_fast(mjtNum placed, mjtNum before_mm, mjtNum clearance) {
   mjtNum closer = before_mm - clearance;
-  return placed && closer > BEGINS_MM && clearance < closer ? STATUS_STEP_TOO_LONG : 0;
+  return placed && closer > TOO_FAST_MM && clearance < closer ? STATUS_STEP_TOO_LONG : 0;
 }
 
 int contact_is_far(outcome* now, const mjtNum* numbers, const settings* s, int slot, const placement* here) {

@@ -14,8 +14,8 @@
 #define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
 #define STATUS_STEP_TOO_LONG 16384
-/* How much closer a finger may come in the step in which a contact begins, mm: the depth at which the library lets it begin. */
-#define BEGINS_MM 1
+/* How much closer a finger may come in the step in which a contact begins, mm. The library lets a contact begin 1 mm deep. */
+#define TOO_FAST_MM 2
 
 /* Shifts of the finger's site along x, y and z of the contact, and turns about them. */
 #define AXES 6

@@ -319,7 +319,7 @@ static void warn(const mjModel* m, const mjData* d, int instance) {
   for (int i = 0; i < s->geom_count; i++) {
     const outcome* now = &data->contact[i].now;
     const char* geom = mj_id2name(m, mjOBJ_GEOM, s->geoms[i]);
-    int is_long = (now->status & STATUS_STEP_TOO_LONG) != 0, is_explicit = m->opt.timestep > now->stable_step_s;
+    int is_long = (now->status & STATUS_STEP_TOO_LONG) != 0, is_explicit = m->opt.timestep > now->stable_step_s && !now->is_semi_implicit;
     if (is_first(data, TOO_LONG, is_long && is_explicit)) {
       mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of explicit forces at "
                   "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, now->stable_step_s,
@@ -327,7 +327,7 @@ static void warn(const mjModel* m, const mjData* d, int instance) {
     }
     if (is_first(data, TOO_FAST, is_long && !is_explicit)) {
       mju_warning("fingerpad.contact, instance '%s': the finger comes closer to geom '%s' by more than %d mm in a step of %g s, at %g s of "
-                  "simulated time; it may go through: take shorter steps or come more slowly", who ? who : "", geom ? geom : "", BEGINS_MM,
+                  "simulated time; it may go through: take shorter steps or come more slowly", who ? who : "", geom ? geom : "", TOO_FAST_MM,
                   m->opt.timestep, d->time);
     }
     if (is_first(data, TURNED_ROUND, now->faces_away)) {
