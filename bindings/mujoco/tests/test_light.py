@@ -83,3 +83,22 @@ def largest_gain(seed, timestep, duration=1.5, **option):
         mujoco.mj_step2(model, data)
         speed = max(speed, np.abs([data.body(name).cvel[3:] for name in ("object", "other")]).max())
     return gain, speed
+
+
+def gains_little(seeds, timestep):
+    for seed in seeds:
+        # Integrators and cones take turns.
+        option = dict(integrator=("Euler", "implicitfast")[seed % 2], cone=("pyramidal", "elliptic")[seed // 2 % 2])
+        gain, speed = largest_gain(seed, timestep, **option)
+        # Friction and tilt store energy as well: up to 1.5 mJ at any time step.
+        assert gain < 2.0 and speed < 1.5, (seed, timestep, option, gain, speed)
+
+
+def test_random_scenes_make_no_energy():
+    gains_little((0, 3, 4, 6, 8, 28), 0.004)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("timestep", [0.002, 0.004])
+def test_200_random_scenes_make_no_energy(timestep):
+    gains_little(range(200), timestep)
