@@ -181,7 +181,13 @@ static void over_mass(mjtNum* matrix, const mjtNum* factor, int nv) {
         matrix[i * nv + column] = left / factor[i * nv + i];
       }
     }
-    mju_transpose(matrix, matrix, nv, nv);
+    for (int i = 0; i < nv; i++) {
+      for (int k = 0; k < i; k++) {
+        mjtNum other = matrix[i * nv + k];
+        matrix[i * nv + k] = matrix[k * nv + i];
+        matrix[k * nv + i] = other;
+      }
+    }
   }
 }
 

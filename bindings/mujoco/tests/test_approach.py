@@ -126,13 +126,13 @@ def from_the_side(below_mm, bones):
     return began, speed, 1e3 * data.body("block").xpos[0]
 
 
-@pytest.mark.parametrize("below_mm", first_of(10, 2, 15, 24))
+@pytest.mark.parametrize("below_mm", first_of(15, 2, 20))
 def test_a_pad_from_the_side_starts_near_the_surface_and_its_bone_pushes(below_mm):
     began, speed, _ = from_the_side(below_mm, bones=False)
     assert (began or 0) < 0.01 and speed < 0.05
     began, speed, pushed_mm = from_the_side(below_mm, bones=True)
     assert (began or 0) < 0.1 and speed < 0.2
-    # The bone is 4 mm thick and begins 5.7 mm above the site.
+    # The inclined bone passes over the block 2 mm below its top.
     assert below_mm < 6 or pushed_mm > 5, pushed_mm
 
 
