@@ -34,10 +34,12 @@ def extension(*instances):
 
 
 #: What stands in <option> for each of MuJoCo's own ways to hold the object. `stock` is MuJoCo as it comes; `best` what its
-#: manual recommends against slow slip: elliptic cones, impratio, the solver without slip.
+#: manual recommends against slow slip: elliptic cones, impratio, the solver without slip, with all of its iterations; `noslip` the same with the
+#: tolerance that MuJoCo has by default.
 MUJOCO = {
     "stock": "",
     "impratio": 'cone="elliptic" impratio="100"',
+    "noslip": 'cone="elliptic" impratio="100" noslip_iterations="20"',
     "best": 'cone="elliptic" impratio="100" noslip_iterations="20" noslip_tolerance="0"',
 }
 
@@ -125,6 +127,32 @@ def grip(
     <position name="hand" joint="hand" kp="20000" dampratio="1"/>
   </actuator>
   {sensors}
+</mujoco>"""
+
+
+def five(contact="fingerpad", held="box", timestep=0.002, **attributes):
+    """A box or a cylinder of 20 x 100 mm and 100 g that a thumb and four fingers hold from two sides: actuators `thumb`, N, and `finger0` to
+    `finger3`. ``contact`` as in :func:`grip`."""
+    own, option = contact == "fingerpad", MUJOCO.get(contact)
+    names = ("thumb", "finger0", "finger1", "finger2", "finger3")
+    collides = "" if option is None else 'condim="4" friction="1.5 0.004 0.0001"'
+    bodies = ""
+    for k, name in enumerate(names):
+        sign, y = (1, 0.0) if k == 0 else (-1, 0.02 * (k - 2.5))
+        ball = "" if option is None else f'<geom type="sphere" size="0.008" pos="{sign * 0.018} {y} 0" mass="0" {collides}/>'
+        bodies += (
+            f'<body name="{name}"><joint name="{name}" type="slide" axis="{-sign} 0 0" damping="2"/>'
+            f'<geom size="0.005" pos="{sign * 0.04} {y} 0" mass="0.02" contype="0" conaffinity="0"/>{ball}'
+            f'<site name="{name}" pos="{sign * 0.01} {y} 0" xyaxes="{-sign * 0.5} 0 0.8660254037844386 0 {-sign} 0"/></body>'
+        )
+    geom = 'type="box" size="0.01 0.05 0.02"' if held == "box" else 'type="cylinder" size="0.01 0.05" euler="90 0 0"'
+    plugin = extension(*(instance(name, name, "object", **attributes) for name in names)) if own else ""
+    return f"""<mujoco>
+  <option timestep="{timestep}" {option or ""}>{'<flag contact="disable"/>' if option is None else ""}</option>
+  {plugin}
+  <worldbody>{bodies}<body name="object"><freejoint/><geom name="object" {geom} mass="0.1" {collides}/></body></worldbody>
+  <actuator>{"".join(f'<motor name="{name}" joint="{name}"/>' for name in names)}</actuator>
+  <sensor>{"".join(map(sensor, names)) if own else ""}</sensor>
 </mujoco>"""
 
 

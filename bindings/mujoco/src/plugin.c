@@ -130,32 +130,21 @@ static int is_kept(const contact_data* contact, const settings* s, const mjtNum*
   return memcmp(contact->kept_numbers, numbers, bytes_of(s)) == 0;
 }
 
-/* The memory of a contact in the plugin's state. */
-static void read(memory* past, const contact_data* contact, const settings* s, const mjtNum* numbers) {
-  if (is_kept(contact, s, numbers)) {
-    memcpy(past, &contact->kept, sizeof(*past));
-  } else {
-    memory_read(past, s, numbers);
-  }
-}
-
 static void keep(contact_data* contact, const settings* s, const memory* past, const mjtNum* numbers) {
   memcpy(&contact->kept, past, sizeof(*past));
   memcpy(contact->kept_numbers, numbers, bytes_of(s));
 }
 
-/* The memory of contact `i` where the present step began. */
-static void to_start(memory* past, instance_data* data, const mjModel* m, mjData* d, int instance, int i) {
+/* Brings `after` of contact `i` to where the present step began, should the plugin's state, the strength or the time step have changed
+ * since its trial. */
+static void to_start(instance_data* data, const mjModel* m, mjData* d, int instance, int i) {
   const settings* s = &data->settings;
   contact_data* contact = &data->contact[i];
   const mjtNum* numbers = numbers_of(m, d, instance, i);
   float strength = settings_strength(s, d, i);
-  if (strength == contact->strength && m->opt.timestep == contact->dt && is_kept(contact, s, numbers)) {
-    memcpy(past, &contact->after, sizeof(*past));
-  } else {
-    memory_read(past, s, numbers);
-    contact_step(past, &contact->start, s, i, strength, m->opt.timestep);
-  }
+  if (strength == contact->strength && m->opt.timestep == contact->dt && is_kept(contact, s, numbers)) return;
+  memory_read(&contact->after, s, numbers);
+  contact_step(&contact->after, &contact->start, s, i, strength, m->opt.timestep);
 }
 
 /* The instances of this plugin follow one another through `next_instance`: -1 before the first and after the last. */
@@ -258,23 +247,25 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
     contact_data* contact = &data->contact[i];
     float strength = settings_strength(s, d, i);
     const mjtNum* numbers = numbers_of(m, d, instance, i);
-    memory past;
+    memory stage;
     place(&contact->here, s, d, s->geoms[i]);
     if (!later) contact->is_far = contact_is_far(&contact->now, numbers, s, i, &contact->here);
     if (contact->is_far) continue;
     if (later) {
-      to_start(&past, data, m, d, instance, i);
-    } else {
-      read(&past, contact, s, numbers);
-      keep(contact, s, &past, numbers);
+      to_start(data, m, d, instance, i);
+      memcpy(&stage, &contact->after, sizeof(stage));
+      contact->now = contact_step(&stage, &contact->here, s, i, strength, m->opt.timestep);
+      continue;
     }
-    contact->now = contact_step(&past, &contact->here, s, i, strength, m->opt.timestep);
-    if (!later) {
-      contact->start = contact->here;
-      memcpy(&contact->after, &past, sizeof(past));
-      contact->strength = strength;
-      contact->dt = m->opt.timestep;
+    if (!is_kept(contact, s, numbers)) {
+      memory_read(&contact->kept, s, numbers);
+      memcpy(contact->kept_numbers, numbers, bytes_of(s));
     }
+    memcpy(&contact->after, &contact->kept, sizeof(contact->kept));
+    contact->now = contact_step(&contact->after, &contact->here, s, i, strength, m->opt.timestep);
+    contact->start = contact->here;
+    contact->strength = strength;
+    contact->dt = m->opt.timestep;
   }
   if (!later) {
     data->has_start = 1;
@@ -392,13 +383,11 @@ static void advance(const mjModel* m, mjData* d, int instance) {
   warn(m, d, instance);
   for (int i = 0; i < s->geom_count; i++) {
     mjtNum* numbers = numbers_of(m, d, instance, i);
-    memory past;
     if (data->contact[i].is_far) {
       contact_stay_far(&data->contact[i].now, numbers);
       continue;
     }
-    to_start(&past, data, m, d, instance, i);
-    memcpy(&data->contact[i].after, &past, sizeof(past));
+    to_start(data, m, d, instance, i);
     memory_write(&data->contact[i].after, s, numbers);
     keep(&data->contact[i], s, &data->contact[i].after, numbers);
   }
