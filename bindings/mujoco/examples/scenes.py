@@ -213,11 +213,11 @@ def hand_of_pads(touched, half, above, gap=0.004, **attributes):
     return plugin, body, closes
 
 
-def lifted(mass=0.005, timestep=0.004, integrator="Euler", cone="pyramidal", **attributes):
+def lifted(mass=0.005, timestep=0.004, integrator="Euler", cone="pyramidal", jacobian="auto", **attributes):
     """A block of 40 x 40 x 60 mm on a table, touched by MuJoCo's own contact, between two pads. Actuators `hand`, m, `left` and `right`, N."""
     plugin, hand, closes = hand_of_pads("object", HALF_WIDTH, 0.032, **attributes)
     return f"""<mujoco>
-  <option timestep="{timestep}" integrator="{integrator}" cone="{cone}"/>
+  <option timestep="{timestep}" integrator="{integrator}" cone="{cone}" jacobian="{jacobian}"/>
   {plugin}
   <worldbody>
     <geom type="plane" size="1 1 0.1" friction="0.5 0.005 0.0001"/>

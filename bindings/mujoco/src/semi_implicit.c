@@ -163,7 +163,7 @@ static void accelerate(mjtNum* a, const mjtNum* system, const mjtNum* force, con
 }
 
 /* The wrench at the velocity at the end of the step. A contact that would pull has none. Friction is at most what the normal force
- * at the end of the step allows; what is beyond it does not act at the centre of pressure. */
+ * at the end of the step allows; the excess is taken away at the centre of pressure. */
 static void wrench_ahead(wrench* w, const coupled_contact* c, const mjtNum spring[SQUARE], const mjtNum after[AXES]) {
   const fingerpad_response* r = &c->now->felt.response;
   mjtNum more[AXES], before[AXES], all[AXES], moment[3];
@@ -176,7 +176,8 @@ static void wrench_ahead(wrench* w, const coupled_contact* c, const mjtNum sprin
     mju_zero(all, AXES);
   } else if (r->normal_force_n > 0) {
     mjtNum most = r->friction_limit_n * all[2] / r->normal_force_n, size = mju_norm(all, 2);
-    const mjtNum arm[3] = {r->pressure_centre_x_mm / MM_PER_M, r->pressure_centre_y_mm / MM_PER_M, c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M};
+    const mjtNum z = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
+    const mjtNum arm[3] = {r->pressure_centre_x_mm / MM_PER_M, r->pressure_centre_y_mm / MM_PER_M, z};
     mjtNum beyond[3] = {0, 0, 0};
     if (size > most) mju_scl(beyond, all, most / size - 1, 2);
     mju_cross(moment, arm, beyond);
