@@ -276,7 +276,7 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
 }
 
 /* Whether MuJoCo's own contact acts between the finger's body and the geom on the side of the pad, and before the pad is compressed
- * beyond its range: it takes the load in the pad's place. */
+ * beyond its range: it carries the load in the pad's place. */
 static int own_contact(const mjModel* m, const mjData* d, const settings* s, int slot, const contact_data* contact) {
   int finger = m->body_weldid[m->site_bodyid[s->site]];
   const mjtNum* site = d->site_xmat + 9 * s->site;
@@ -326,9 +326,10 @@ static void warn(const mjModel* m, const mjData* d, int instance) {
                   "the site's x axis points along the finger to its tip, z from the pad to the nail", who ? who : "", site ? site : "",
                   geom ? geom : "", d->time);
     }
-    if (!(data->warned & OWN_CONTACT) && is_first(data, OWN_CONTACT, own_contact(m, d, s, i, &data->contact[i]))) {
+    int is_near = !data->contact[i].is_far && !(data->warned & OWN_CONTACT);
+    if (is_near && is_first(data, OWN_CONTACT, own_contact(m, d, s, i, &data->contact[i]))) {
       mju_warning("fingerpad.contact, instance '%s': MuJoCo's own contact acts between the finger and geom '%s' in front of the pad, at %g s of "
-                  "simulated time, and bears the load; switch it off (contype, conaffinity), or let the finger's geom end 6 mm behind the "
+                  "simulated time, and carries the load; switch it off (contype, conaffinity), or let the finger's geom end 6 mm behind the "
                   "site", who ? who : "", geom ? geom : "", d->time);
     }
   }
