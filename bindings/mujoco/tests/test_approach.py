@@ -139,7 +139,7 @@ def test_a_pad_from_the_side_starts_near_the_surface_and_its_bone_pushes(below_m
 def test_bones_of_composed_hands_touch_geoms_and_each_other():
     spec = mujoco.MjSpec.from_string(scenes.lifted())
     assert fingerpad_mujoco.add_bones(spec) == ["left_bone", "right_bone"]
-    part = mujoco.MjSpec.from_string(scenes.lifted())
+    part = mujoco.MjSpec.from_string(scenes.lifted(timestep=0.002))
     world = mujoco.MjSpec()
     world.attach(part, prefix="L_", frame=world.worldbody.add_frame())
     assert fingerpad_mujoco.add_bones(world) == ["L_left_bone", "L_right_bone"]
