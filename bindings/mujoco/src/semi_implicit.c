@@ -175,7 +175,9 @@ static void wrench_ahead(wrench* w, const coupled_contact* c, const mjtNum sprin
   if (all[2] <= 0) {
     mju_zero(all, AXES);
   } else if (r->normal_force_n > 0) {
-    mjtNum most = r->friction_limit_n * all[2] / r->normal_force_n, size = mju_norm(all, 2);
+    /* On a round body the force across has pressure in it, and may be larger than the limit of friction. */
+    mjtNum own = sqrt(r->friction_x_n * r->friction_x_n + r->friction_y_n * r->friction_y_n);
+    mjtNum most = mju_max(own, r->friction_limit_n) * all[2] / r->normal_force_n, size = mju_norm(all, 2);
     const mjtNum z = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
     const mjtNum arm[3] = {r->pressure_centre_x_mm / MM_PER_M, r->pressure_centre_y_mm / MM_PER_M, z};
     mjtNum beyond[3] = {0, 0, 0};
