@@ -11,8 +11,8 @@ import fingerpad_mujoco
 
 #: Steps, s; masses, kg; grips, N.
 STEPS = (0.001, 0.002, 0.003, 0.004)
-MASSES = (0.001, 0.002, 0.003, 0.005, 0.01, 0.02, 0.045)
-GRIPS = np.arange(0.8, 2.55, 0.1)
+MASSES = (0.001, 0.002, 0.003, 0.005, 0.01, 0.045)
+GRIPS = np.arange(0.8, 2.5, 0.3)
 
 
 def fastest(mass, timestep, grip_n, **option):
@@ -58,7 +58,7 @@ def test_dense_and_sparse_constraints_give_the_same():
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 @pytest.mark.parametrize("timestep", STEPS)
-def test_none_of_18_grips_throws_a_block_of_1_to_45_g(timestep, cone, integrator):
+def test_none_of_six_grips_throws_a_block_of_1_to_45_g(timestep, cone, integrator):
     for mass in MASSES:
         lifts(mass, timestep, GRIPS, cone=cone, integrator=integrator)
 
