@@ -355,6 +355,127 @@ fn a_contact_begins_near_the_surface() {
     }
 }
 
+/// Loss that counts against a later gain, mJ: that of the slip just before.
+const COUNTS_MJ: f64 = 2e-3;
+
+/// The most that contacts with some bodies store along a path beyond what its motion brings, mJ, and what was felt in the last step.
+///
+/// * `bodies`: shapes, and their poses in the frame of the first one
+/// * `path`: poses of the first body in the finger's frame
+fn most_gain_mj(
+    pad: &Pad<'_, f64>,
+    bodies: &[(Shape, Isometry3<f64>)],
+    path: &[Isometry3<f64>],
+) -> (f64, Vec<FrameResponse<f64>>) {
+    let mut contacts: Vec<_> =
+        bodies.iter().map(|(shape, _)| FrameContact::<PadState<P, f64>>::new(pad, *shape).unwrap()).collect();
+    let mut felt = vec![FrameResponse::default(); bodies.len()];
+    let (mut most, mut balance, mut stored) = (0.0f64, 0.0f64, 0.0);
+    for (k, pose) in path.iter().enumerate() {
+        let way = pose * path[k.max(1) - 1].inverse();
+        let (shift, turn) = (way.translation.vector, way.rotation.scaled_axis());
+        let work = |felt: &[FrameResponse<f64>]| -> f64 {
+            let of = |r: &FrameResponse<f64>| {
+                Vector3::from(r.on_finger.force_n).dot(&shift) + Vector3::from(r.on_finger.moment_n_mm).dot(&turn)
+            };
+            felt.iter().map(of).sum()
+        };
+        let before = work(&felt);
+        let mut now = 0.0;
+        for ((contact, (_, at)), felt) in contacts.iter_mut().zip(bodies).zip(&mut felt) {
+            *felt = contact.step(pad, &(pose * at), 1e-3);
+            if felt.response.regime != Regime::NoContact {
+                let is_edge = felt.face > 6;
+                let edge = Body::Edge(Edge::new(2.0, 0.0, 90.0).unwrap());
+                now += pad.energy_mj(contact.state(), if is_edge { &edge } else { &Body::Plane });
+            }
+        }
+        let gain = now - stored - 0.5 * (before + work(&felt));
+        balance = (balance + gain).max(-COUNTS_MJ);
+        most = most.max(balance);
+        stored = now;
+    }
+    (most, felt)
+}
+
+/// A finger goes round a body of fifteen faces, each a box of its own, and over the edge of one box. It comes to each next face from the side
+/// and below the surface, stores no more than the motion brings, and slip raises it.
+#[test]
+fn a_finger_that_slides_from_face_to_face_gains_no_energy() {
+    let double = Double::new();
+    let pad = double.pad();
+    let level = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
+    let (out_mm, turn) = (37.0, TAU / 15.0);
+    let half = [10.0, out_mm * (0.5 * turn).tan(), 10.0];
+    // The axis of the body goes along the finger; its faces pass across. Rounded so wide, the boxes have no edges, as for a bed.
+    let face_at = |k: f64| {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), k * turn);
+        (
+            Shape::cuboid(half, 9.0).unwrap(),
+            Isometry3::from_parts(Translation3::from(turned * Vector3::new(0.0, 0.0, out_mm - 10.0)), turned),
+        )
+    };
+    let faces: Vec<_> = (0..4).map(|k| face_at(f64::from(k))).collect();
+    for depth in [0.5f64, 0.9, 1.6] {
+        for per_step in [0.02, 0.1] {
+            let steps = (3.45 * turn * out_mm / per_step) as usize;
+            let path: Vec<_> = (0..=steps + 20)
+                .map(|k| {
+                    let down = depth.min(0.05 * k as f64 - 0.1);
+                    let angle = (k.max(20) - 20) as f64 * per_step / out_mm;
+                    let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -angle);
+                    Isometry3::from_parts(
+                        Translation3::from(level * Vector3::new(0.0, 0.0, down - out_mm)),
+                        level * turned,
+                    )
+                })
+                .collect();
+            let (most, felt) = most_gain_mj(&pad, &faces, &path);
+            assert!(most < 1e-4, "{depth} mm deep, steps of {per_step} mm: {most} mJ");
+            // A first step takes the pose as it is.
+            let mut fresh = FrameContact::<PadState<P, f64>>::new(&pad, faces[3].0).unwrap();
+            let (last, here) = (felt[3], fresh.step(&pad, &(path[path.len() - 1] * faces[3].1), 1e-3));
+            // At the middle of the face the finger touched it first, as much below the surface as it is deep there.
+            let lower = here.depth_mm - last.depth_mm;
+            assert!(last.face == 3 && lower < 0.8 * depth, "{depth} {per_step}: {lower} {last:?}");
+        }
+    }
+    // Over the edge of a box, rolled more and more.
+    let shape = Shape::cuboid([25.0; 3], 2.0).unwrap();
+    for deep in [0.6f64, 1.2] {
+        let path: Vec<_> = (0..900)
+            .map(|k| {
+                let s = f64::from(k) / 900.0;
+                let roll = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -1.2 * s);
+                let aside = 15.0 + 14.0 * s;
+                let place = roll * Vector3::new(0.0, -aside, deep.min(0.05 * f64::from(k) - 0.1) - 25.0);
+                Isometry3::from_parts(Translation3::from(level * place), level * roll)
+            })
+            .collect();
+        let (most, _) = most_gain_mj(&pad, &[(shape, Isometry3::identity())], &path);
+        assert!(most < 1e-4, "{deep} mm deep: {most} mJ");
+    }
+}
+
+/// A finger far below the surface is not raised by slip: it stays where its contact began.
+#[test]
+fn slip_does_not_raise_a_finger_from_the_depth() {
+    let file = shipped_pad();
+    let pad = file.file().pad;
+    let shape = Shape::cuboid([25.0; 3], 2.0).unwrap();
+    let level = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
+    let mut contact = FrameContact::<PadState<P>>::new(&pad, shape).unwrap();
+    for k in 0..300 {
+        let (aside, pressed) = (26.0 - 0.1 * f64::from(k), (0.01 * f64::from(k)).min(0.5));
+        let place = level * Vector3::new(-aside, 0.0, 12.0 + pressed - 25.0);
+        let felt = contact.step(&pad, &Isometry3::from_parts(Translation3::from(place), level), 1e-3);
+        assert!(felt.depth_mm < 0.51, "{k}: {felt:?}");
+        if k > 60 {
+            assert!(felt.depth_mm > 0.3 && felt.response.status.contains(Status::BEGAN_INSIDE), "{k}: {felt:?}");
+        }
+    }
+}
+
 /// A body that is known near the finger alone: its shape changes in the air, in frames of its own, and the rule of how a contact begins holds.
 #[test]
 fn a_shape_that_changes_in_the_air_is_touched_as_any() {
