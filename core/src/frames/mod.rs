@@ -226,6 +226,7 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         response.status = response.status.with(status);
         if touches && self.lower > R::of(0.0) {
             response.status = response.status.with(Status::BEGAN_INSIDE);
+            self.raise(finger.depth_max_mm(), &motion, &response);
         }
         if touches && face.radius().is_some_and(|radius| depth > radius) {
             response.status = response.status.with(Status::DEPTH_ABOVE_RANGE);
@@ -233,7 +234,6 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         if touches && is_beyond(&face, &stand, &response) {
             response.status = response.status.with(Status::BEYOND_EDGE);
         }
-        self.raise(finger.depth_max_mm(), &motion, &response);
         // On a curved body the patches of a pad may touch a little later than its apex.
         if !finger.in_contact(&self.state) {
             self.lower = R::of(0.0);
@@ -338,6 +338,8 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
 
     /// Raises the surface under a finger that slips, by the next step. What this stores in the finger is a small part of what slip
     /// dissipates, so that the contact takes no less than the motion brings.
+    #[cold]
+    #[inline(never)]
     fn raise<T: Scalar>(&mut self, depth_max: T, motion: &Motion<T>, response: &Response<T>) {
         let slips = response.regime == Regime::Slip && !(response.stick_ratio > T::of(0.0));
         if !(slips && response.normal_force_n > T::of(0.0) && self.lower <= R::near(depth_max)) {
