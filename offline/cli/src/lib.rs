@@ -189,6 +189,7 @@ impl Model {
             Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
             None => {}
         }
+        plausibility::warn_of_stiffness(&config.tissue);
         Ok((config, identify, design))
     }
 }
