@@ -14,8 +14,8 @@
 //! side is 20 mm below a table's top at once. In the step in which a contact begins, its depth is therefore at most the distance that the
 //! finger came closer in this step, and 1 mm; the surface then counts as that much lower, and the response is flagged. A finger that slides
 //! on from one face to the next comes from the side too, but not from deep: where the surface counts as lower by no more than the depth of
-//! the model, slip raises it again, with a tenth of the work of friction while all of the contact slips. So the contact stores no more than the motion brings. The
-//! first step of all takes the pose as it is, up to the depth of the model.
+//! the model, slip raises it again, with a tenth of the work of friction while all of the contact slips. So the contact stores no more than
+//! the motion brings. The first step of all takes the pose as it is, up to the depth of the model.
 
 mod face;
 mod finger;
