@@ -57,6 +57,7 @@ pub(super) fn print_reduced(depths: &[DepthResult], reduced: &ReducedModel) {
 /// The reduced models of this finger: a bed from stored runs of these settings or, with `--full`, from runs made here; without stored
 /// runs a pad and a bed as `finger` makes them.
 pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
+    let design = &super::finger::with_tip(config, design)?;
     let hash = reduce::settings_hash(config)?;
     let made = args.out.join("design");
     if args.full {

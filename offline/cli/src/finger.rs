@@ -8,7 +8,7 @@ use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_fe::experiment::Config;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::pad::{FitLimits, PadMeta, PadSettings, runs_for_bed};
-use fingerpad_reduce::{self as reduce, DesignSettings, ReduceError, Reduced, Run, Settings};
+use fingerpad_reduce::{self as reduce, DesignSettings, ReduceError, Reduced, Run, Settings, Tip};
 
 use super::build_model::meta_of;
 use super::reduce::{fit, read_runs, representable, write_report};
@@ -68,19 +68,15 @@ const NODES_EXPONENT: f64 = 1.1;
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, _, ranges) = args.model.settings()?;
+    let (finger, _) = make_finger(&config)?;
+    let ranges = ranges.for_tip(Tip::of(&finger, &config.tissue, &config.friction)?);
     let settings = match args.design {
         Design::Quick if ranges.paths == DesignSettings::default().paths => ranges.clone().quick(),
         Design::Quick => ranges.clone(),
         Design::Full => ranges.clone().beyond_springs(),
     };
-    let runs_folder = args.out.join("runs");
-    let hash = reduce::settings_hash(&config)?;
-    let (pad_file, model_file) = (args.out.join("pad.fpm"), args.out.join("model.fpm"));
-    check(&model_file, "model", &hash, hash_of_bed).map_err(Failure::Input)?;
-    check(&pad_file, "pad", &hash, hash_of_pad).map_err(Failure::Input)?;
-    Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
     let experiments = reduce::design(&settings)?;
-    let (finger, _) = make_finger(&config)?;
+    design::check_paths(&config, &experiments)?;
     let costs: Vec<f64> = reduce::batches(&experiments).iter().map(reduce::Batch::cost).collect();
     // More threads than cores or batches of paths make nothing faster, and no thread ends before the longest batch.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -98,10 +94,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.estimate {
         return Ok(());
     }
+    let runs_folder = args.out.join("runs");
+    let hash = reduce::settings_hash(&config)?;
+    let (pad_file, model_file) = (args.out.join("pad.fpm"), args.out.join("model.fpm"));
+    check(&model_file, "model", &hash, hash_of_bed).map_err(Failure::Input)?;
+    check(&pad_file, "pad", &hash, hash_of_pad).map_err(Failure::Input)?;
+    Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
     design::run(&config, &settings, &runs_folder, Share::ALL, args.jobs)?;
     let is_quick = args.design == Design::Quick;
     let (runs, fitted) = models(&config, &runs_folder, &ranges, is_quick, [&pad_file, &model_file])?;
     write_report(&args.out, &runs, &fitted, config.friction.beta, None)
+}
+
+/// The sizes that a design of experiments follows.
+pub(super) fn with_tip(config: &Config, design: &DesignSettings) -> Result<DesignSettings, Failure> {
+    let (finger, _) = make_finger(config)?;
+    Ok(design.clone().for_tip(Tip::of(&finger, &config.tissue, &config.friction)?))
 }
 
 /// Makes the pad and the bed of a finger from its runs in a folder; the runs that the bed is scored along, and the bed.
@@ -120,7 +128,7 @@ pub(super) fn models(
     let mut runs = read_runs(Some(folder))?;
     runs.retain(|run| run.settings_hash == hash);
     let limits = FitLimits { patience: 20, hold: is_quick };
-    let bytes = pad::make(config, &runs, &PadSettings { limits, ..PadSettings::default() }, pad_file)?;
+    let bytes = pad::make(config, &runs, PadSettings { limits, ..PadSettings::default() }, pad_file)?;
     let pad = PadModelFile::new(&bytes).map_err(ReduceError::from)?;
     let beside = if is_quick {
         let paths = DesignSettings { paths: DesignSettings::default().paths, ..ranges.clone() };

@@ -95,7 +95,10 @@ impl From<ReduceError> for Failure {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (config, _, design_settings) = args.model.settings()?;
+    let (config, _, mut design_settings) = args.model.settings()?;
+    if args.design {
+        design_settings = super::finger::with_tip(&config, &design_settings)?;
+    }
     // A model costs hours of finite elements: an existing one is replaced on request only.
     let mut outputs =
         Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref(), Vec::new()).force(args.force);

@@ -34,7 +34,7 @@ pub use agreement::{Agreement, Difference, agreement};
 pub use band::{Band, Coverage};
 pub use curve::{CurvePoint, curve};
 pub use design::{
-    Batch, DesignSettings, Experiment, Kind, PathNumbers, batches, design, halton, is_representable, share,
+    Batch, DesignSettings, Experiment, Kind, PathNumbers, Tip, batches, design, halton, is_representable, outline, share,
 };
 pub use error::ReduceError;
 pub use export::{Format, export};

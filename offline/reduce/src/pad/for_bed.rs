@@ -118,9 +118,9 @@ pub fn runs_for_bed(
     settings_hash: &str,
 ) -> Result<Vec<Run>, ReduceError> {
     let model = PadModel::of(pad);
-    let neutral = [pad.numbers.neutral_pitch_deg, 0.0];
+    let neutral = f64::from(pad.numbers.neutral_pitch_deg);
     let of_ratios: Vec<&Run> =
-        runs.iter().filter(|run| !run.held_out && run.body.is_plane() && run.pose_deg() == Some(neutral)).collect();
+        runs.iter().filter(|run| !run.held_out && run.body.is_plane() && run.is_neutral(neutral)).collect();
     let ratios = Ratios::of(&model, &of_ratios, settings.depth_mm[1]);
     let mut made = followed(pad, None, settings, settings_hash)?;
     for run in &mut made {

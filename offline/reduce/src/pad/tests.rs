@@ -10,7 +10,7 @@ use super::*;
 fn coarse() -> PadModel {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let finger = config.finger().unwrap().0;
-    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 3.0)
+    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 1.0, 3.0)
         .unwrap()
         .fitted(&FittedNumbers::default())
 }
