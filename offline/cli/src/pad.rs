@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce::{Run, Tip, outline};
 use fingerpad_reduce::pad::{FitLimits, MOST_PATCHES, MadePad, PadSettings, PadSize, make_pad};
+use fingerpad_reduce::{Run, Tip, outline};
 
 use super::progress::during;
 use super::reduce::read_runs;
@@ -98,12 +99,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         limits: FitLimits { patience: args.patience, hold: false },
         ..PadSettings::default()
     };
-    make(&config, &runs, settings, &args.out)?;
-    Ok(())
+    write(&make(&config, &runs, settings)?.0, &args.out)
 }
 
-/// Makes the pad of a finger from its runs, writes its model file and prints the errors along held-out runs.
-pub(super) fn make(config: &Config, runs: &[Run], settings: PadSettings, out: &Path) -> Result<Vec<u8>, Failure> {
+/// Makes the pad of a finger from its runs; and the finger's surface.
+pub(super) fn make(config: &Config, runs: &[Run], settings: PadSettings) -> Result<(MadePad, Outline), Failure> {
     let tip = Tip::of(&make_finger(config)?.0, &config.tissue, &config.friction)?;
     let skin_mm = SKIN_MM * tip.length;
     let paths: Vec<&load_path::Path> =
@@ -112,10 +112,15 @@ pub(super) fn make(config: &Config, runs: &[Run], settings: PadSettings, out: &P
     let outline = outline(&finger);
     let settings = PadSettings { tip, friction: config.friction, ..settings };
     let made = during("fit of the pad", |_| make_pad(&finger, &outline, runs, &settings))?;
+    Ok((made, outline))
+}
+
+/// Writes the model file of a pad and prints the errors along held-out runs.
+pub(super) fn write(made: &MadePad, out: &Path) -> Result<(), Failure> {
     let bytes = made.file()?;
     atomic_write(out, |w| w.write_all(&bytes))?;
-    print_summary(&made, out, bytes.len());
-    Ok(bytes)
+    print_summary(made, out, bytes.len());
+    Ok(())
 }
 
 fn print_summary(made: &MadePad, out: &Path, bytes: usize) {

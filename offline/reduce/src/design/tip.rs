@@ -51,7 +51,14 @@ pub struct Tip {
 /// The shipped finger.
 impl Default for Tip {
     fn default() -> Self {
-        Self { length: 1.0, pressure: 1.0, friction: 1.0, deepest_mm: f64::INFINITY, is_fixed: false, reach_mm: Vec::new() }
+        Self {
+            length: 1.0,
+            pressure: 1.0,
+            friction: 1.0,
+            deepest_mm: f64::INFINITY,
+            is_fixed: false,
+            reach_mm: Vec::new(),
+        }
     }
 }
 
@@ -122,7 +129,8 @@ impl Tip {
         let place = |x: f64, [first, last, step]: [f64; 3]| (x.clamp(first, last) - first) / step;
         let (a, b) = (place(pitch, PITCHES_DEG), place(roll, ROLLS_DEG));
         let rows = [a.floor() as usize, a.ceil() as usize];
-        let around = rows.into_iter().flat_map(|row| [b.floor() as usize, b.ceil() as usize].map(|column| (row, column)));
+        let around =
+            rows.into_iter().flat_map(|row| [b.floor() as usize, b.ceil() as usize].map(|column| (row, column)));
         around.filter_map(|(row, column)| self.reach_mm.get(row)?.get(column)).copied().fold(f64::INFINITY, f64::min)
     }
 

@@ -23,11 +23,12 @@ pub use bodies::body_of;
 pub use fit::{FitLimits, fit};
 pub use for_bed::{runs_for_bed, runs_in_pose};
 pub use make::{MadePad, PadMeta, PadSettings, make_pad};
-pub use patches::{PadSize, pad};
 pub(crate) use patches::tilt;
+pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
 pub use replay::{replay, replay_on_plane};
 pub use score::{DepthScores, PadScores, score_depths, score_runs};
+pub(crate) use score::{is_free, largest};
 
 /// Largest number of patches of a pad.
 pub const MOST_PATCHES: usize = 64;

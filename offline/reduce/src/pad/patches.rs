@@ -82,7 +82,8 @@ pub fn pad(
     let used: Vec<usize> = (0..nodes.len()).filter(|&k| moves(k)).collect();
     // The range of pitches is that of the shipped finger, whatever the neutral one.
     let shift_deg = NEUTRAL_DEG - finger.neutral_pitch_deg.round();
-    let poses = Poses { pitches_deg: PITCHES_DEG.map(|pitch| pitch + shift_deg), depths_mm: DEPTHS_MM.map(|d| d * length) };
+    let poses =
+        Poses { pitches_deg: PITCHES_DEG.map(|pitch| pitch + shift_deg), depths_mm: DEPTHS_MM.map(|d| d * length) };
     let weights = weights(&nodes, &areas, outline, &poses);
     let patch_of = clusters(&used, &nodes, &weights, size.patches);
     let count = patch_of.iter().max().map_or(0, |m| m + 1);

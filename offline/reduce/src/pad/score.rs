@@ -79,7 +79,7 @@ pub fn score_depths(model: &PadModel, runs: &[&Run], outline: &Outline, [least, 
 /// Largest normal force, friction (at least half of the strength under an even pressure), area of a run.
 ///
 /// * `law`: lambda, MPa^(1 − beta), and beta
-pub(super) fn largest(run: &Run, [lambda, beta]: [f64; 2]) -> [f64; 3] {
+pub(crate) fn largest(run: &Run, [lambda, beta]: [f64; 2]) -> [f64; 3] {
     run.samples.iter().fold([1e-9; 3], |most, s| {
         let friction = f64::from(s.friction_n[0]).hypot(s.friction_n[1].into());
         let (normal, area) = (f64::from(s.normal_force_n).max(0.0), f64::from(s.contact_area_mm2));
@@ -89,7 +89,7 @@ pub(super) fn largest(run: &Run, [lambda, beta]: [f64; 2]) -> [f64; 3] {
 }
 
 /// Whether the strengths of a pad are fitted to a law. Under Coulomb's law they follow from the normal forces.
-pub(super) fn is_free(law: &RubberFriction) -> bool {
+pub(crate) fn is_free(law: &RubberFriction) -> bool {
     law.beta != 1.0 || law.tau0_mpa != 0.0
 }
 
