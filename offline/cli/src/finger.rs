@@ -77,6 +77,10 @@ const NODES_EXPONENT: f64 = 1.1;
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (config, _, ranges) = args.model.settings()?;
+    let hash = reduce::settings_hash(&config)?;
+    let (pad_file, model_file) = (args.out.join("pad.fpm"), args.out.join("model.fpm"));
+    check(&model_file, "model", &hash, hash_of_bed).map_err(Failure::Input)?;
+    check(&pad_file, "pad", &hash, hash_of_pad).map_err(Failure::Input)?;
     let (finger, _) = make_finger(&config)?;
     let ranges = ranges.for_tip(Tip::of(&finger, &config.tissue, &config.friction)?);
     let settings = match args.design {
@@ -104,10 +108,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let runs_folder = args.out.join("runs");
-    let hash = reduce::settings_hash(&config)?;
-    let (pad_file, model_file) = (args.out.join("pad.fpm"), args.out.join("model.fpm"));
-    check(&model_file, "model", &hash, hash_of_bed).map_err(Failure::Input)?;
-    check(&pad_file, "pad", &hash, hash_of_pad).map_err(Failure::Input)?;
     Outputs::beside(args.model.inputs(&config)).folder("--out", &args.out, &[]).prepare()?;
     design::run(&config, &settings, &runs_folder, Share::ALL, args.jobs)?;
     let is_quick = args.design == Design::Quick;

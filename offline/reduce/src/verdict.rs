@@ -97,7 +97,7 @@ pub struct Errors {
 impl Errors {
     /// The verdict.
     pub fn grade(&self) -> Grade {
-        let worst = [self.normal, self.friction, self.stick].iter().zip(GOOD).map(|(x, good)| x / good);
+        let worst = [self.normal, self.friction, self.stick].into_iter().zip(GOOD).map(|(x, good)| x / good);
         match worst.fold(0.0, |a: f64, b| if b.is_nan() { f64::INFINITY } else { a.max(b) }) {
             x if x <= 1.0 => Grade::Good,
             x if x <= 2.0 => Grade::Usable,

@@ -150,7 +150,9 @@ fn a_build_compares_the_shipped_model_with_its_runs_and_fits_none() {
 
 #[test]
 fn estimates_count_cores() {
-    let (stdout, _) = Folder::new().done("finger --mesh-preset coarse --out f --estimate --jobs 1000");
+    let folder = Folder::new();
+    let (stdout, _) = folder.done("finger --mesh-preset coarse --out f --estimate --jobs 1000");
+    assert!(folder.names("").is_empty(), "an estimate leaves nothing");
     let cores = std::thread::available_parallelism().unwrap().get();
     assert!(!stdout.contains(" 0 s") && stdout.contains(&format!("of {cores} cores")), "{stdout}");
 }
