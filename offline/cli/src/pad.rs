@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     write(&make(&config, &runs, settings)?.0, &args.out)
 }
 
-/// Makes the pad of a finger from its runs; and the finger's surface.
+/// Makes the pad of a finger from its runs and prints the errors along held-out runs; returns the finger's surface too.
 pub(super) fn make(config: &Config, runs: &[Run], settings: PadSettings) -> Result<(MadePad, Outline), Failure> {
     let tip = Tip::of(&make_finger(config)?.0, &config.tissue, &config.friction)?;
     let skin_mm = SKIN_MM * tip.length;
@@ -112,18 +112,19 @@ pub(super) fn make(config: &Config, runs: &[Run], settings: PadSettings) -> Resu
     let outline = outline(&finger);
     let settings = PadSettings { tip, friction: config.friction, ..settings };
     let made = during("fit of the pad", |_| make_pad(&finger, &outline, runs, &settings))?;
+    print_summary(&made);
     Ok((made, outline))
 }
 
-/// Writes the model file of a pad and prints the errors along held-out runs.
+/// Writes the model file of a pad.
 pub(super) fn write(made: &MadePad, out: &Path) -> Result<(), Failure> {
     let bytes = made.file()?;
     atomic_write(out, |w| w.write_all(&bytes))?;
-    print_summary(made, out, bytes.len());
+    println!("{}: {} bytes", out.display(), bytes.len());
     Ok(())
 }
 
-fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
+fn print_summary(made: &MadePad) {
     let [fitted, of_bands] = made.meta.fitted_runs;
     println!(
         "{} patches, fitted to {fitted} runs, bands by {of_bands}; along the held-out runs:",
@@ -144,5 +145,4 @@ fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
             s.centre_mm
         );
     }
-    println!("{}: {bytes} bytes", out.display());
 }

@@ -227,7 +227,8 @@ fn the_finger_that_ships_has_the_default_design() {
     let tip = Tip::of(&config.finger().unwrap().0, &config.tissue, &config.friction).unwrap();
     let settings = DesignSettings::default().beyond_springs();
     assert_eq!(design(&settings.clone().for_tip(tip.clone())).unwrap(), design(&settings).unwrap());
-    let small = Tip { length: 0.5, ..tip };
+    let mut small = tip;
+    small.length = 0.5;
     assert_ne!(design(&settings.clone().for_tip(small.clone())).unwrap(), design(&settings).unwrap());
     let stated = DesignSettings { deep_mm: [2.6, 4.0], ..settings };
     assert_eq!(design(&stated.clone().for_tip(small)).unwrap(), design(&stated).unwrap());
