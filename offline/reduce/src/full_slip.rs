@@ -117,6 +117,9 @@ impl FullSlipLaw {
                 *last = *slide;
             }
         }
+        // Nothing is known of the limit at first touch but its shape.
+        let [first, next, ..] = params.nodes.as_mut_slice() else { return };
+        (first.tilt_x, first.strength_ratio) = (next.tilt_x, next.strength_ratio);
     }
 }
 

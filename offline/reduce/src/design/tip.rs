@@ -124,14 +124,16 @@ impl Tip {
         })
     }
 
-    /// Largest depth in a pose, mm: the least of those in the poses around it.
+    /// Largest depth in a pose, mm.
     fn clear_mm(&self, [pitch, roll]: [f64; 2]) -> f64 {
-        let place = |x: f64, [first, last, step]: [f64; 3]| (x.clamp(first, last) - first) / step;
-        let (a, b) = (place(pitch, PITCHES_DEG), place(roll, ROLLS_DEG));
-        let rows = [a.floor() as usize, a.ceil() as usize];
-        let around =
-            rows.into_iter().flat_map(|row| [b.floor() as usize, b.ceil() as usize].map(|column| (row, column)));
-        around.filter_map(|(row, column)| self.reach_mm.get(row)?.get(column)).copied().fold(f64::INFINITY, f64::min)
+        let place = |x: f64, [first, last, step]: [f64; 3]| {
+            let place = (x.clamp(first, last) - first) / step;
+            let cell = place.floor().min((last - first) / step - 1.0);
+            (cell as usize, place - cell)
+        };
+        let ((row, a), (column, b)) = (place(pitch, PITCHES_DEG), place(roll, ROLLS_DEG));
+        let along = |row: usize| (1.0 - b) * self.reach_mm[row][column] + b * self.reach_mm[row][column + 1];
+        (1.0 - a) * along(row) + a * along(row + 1)
     }
 
     /// Factor on forces.

@@ -1,3 +1,4 @@
+use fingerpad::host::PadModelFile;
 use fingerpad::pad::{PadState, Plane};
 use fingerpad::{Motion, Response};
 use fingerpad_fe::experiment::Config;
@@ -9,7 +10,8 @@ use super::*;
 /// Under Coulomb's law friction in full slip is lambda N at every depth and in every pose.
 #[test]
 fn coulomb_friction_in_full_slip_is_exact() {
-    let mut model = coarse();
+    let file = PadModelFile::new(include_bytes!("../../data/models/fingertip-pad.fpm")).unwrap();
+    let mut model = PadModel::of(&file.file().pad);
     model.numbers.law.friction = [0.8, 1.0];
     let pad = model.pad();
     for (depth_mm, pose) in
