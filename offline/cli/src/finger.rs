@@ -32,7 +32,7 @@ mesh on a plane. An interrupted run resumes when the command is started again.
 
 The pad follows from one factorisation of the finger's stiffness; its other parameters are fitted to the runs of the
 quick design: a press, slides, a reversal, changes of depth, spins, poses and one deep path. The bed is fitted to the
-runs in its pose and to 262 paths of the pad. The printed errors are those along the other half of the runs, which are
+runs in its pose and to some hundred paths of the pad. The printed errors are those along the other half of the runs, which are
 left out of every fit. --design full runs the design of the shipped files; a section [design] in --config sets the
 size of either. Without one, depths, slides and forces follow from the tip: its soft layer, its curvature, its stiffness and
 its friction.
@@ -217,7 +217,9 @@ pub(super) fn models(
         Vec::new()
     };
     let runs = representable(runs);
-    let bed = fit(&runs, &beside, &config.friction, &Settings::default())?;
+    // Runs of the pad leave one minimum; a further start would cost a third of the time.
+    let settings = Settings { restarts: usize::from(!is_quick), ..Settings::default() };
+    let bed = fit(&runs, &beside, &config.friction, &settings)?;
     let bed_verdict = Verdict::of_bed(&bed.data.model().map_err(ReduceError::from)?, &runs, law);
     Ok(Models { runs, pad: made, bed, pad_verdict, bed_verdict })
 }
