@@ -202,7 +202,7 @@ fn fixed_core() -> Tissue {
 /// The paths follow the tip: none leads to a support, and the deepest uses a good part of the layer.
 #[test]
 fn every_tip_can_follow_its_paths() {
-    for [radius_mm, core_mm] in [[5.0, 2.5], [8.0, 4.0], [12.0, 7.0], [20.0, 12.0], [20.0, 18.0]] {
+    for [radius_mm, core_mm] in [[5.0, 2.5], [12.0, 7.0], [20.0, 12.0]] {
         let finger = dome(radius_mm, core_mm);
         let tip = Tip::of(&finger, &fixed_core(), &RubberFriction::coulomb(0.5, 0.006)).unwrap();
         let deepest = tip.deepest_mm / (radius_mm - core_mm);

@@ -19,9 +19,9 @@ fn coulomb_friction_in_full_slip_is_exact() {
     {
         let mut state = PadState::<MOST_PATCHES, f64>::new(&pad).unwrap();
         let mut last = Response::default();
-        for k in 1..=400 {
-            let slide = if k > 40 { 0.02 } else { 0.0 };
-            let depth_mm = depth_mm * f64::min(f64::from(k) / 40.0, 1.0);
+        for k in 1..=70 {
+            let slide = if k > 10 { 0.1 } else { 0.0 };
+            let depth_mm = depth_mm * f64::min(f64::from(k) / 10.0, 1.0);
             let motion =
                 Motion { depth_mm, slide_increment_mm: [0.6 * slide, 0.8 * slide], dt_s: 1e-3, ..Motion::default() };
             last = pad.step(&mut state, &Plane, motion, pose);
