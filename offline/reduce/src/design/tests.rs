@@ -173,7 +173,7 @@ fn dome(radius_mm: f64, core_mm: f64) -> Finger {
         taper_slope: 0.0,
         taper_start_mm: radius_mm,
         taper_blend_mm: 0.5 * radius_mm,
-        skin_thickness_mm: 0.3 * (radius_mm - core_mm),
+        skin_thickness_mm: 0.15 * (radius_mm - core_mm),
         bone_half_width_mm: core_mm,
         bone_half_thickness_mm: core_mm,
         bone_cap_length_mm: core_mm,
