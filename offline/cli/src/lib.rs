@@ -68,7 +68,10 @@ use progress::{Bar, Bars, bar, show};
 /// tau_crit = tau_0 + lambda sigma^beta. Units: mm, N, s, MPa.
 #[derive(Parser)]
 #[command(name = "fingerpad", version, max_term_width = 110)]
-#[command(after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 130 interrupted.")]
+#[command(
+    after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 4 a model was made and is not good enough, \
+                  130 interrupted."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -212,6 +215,8 @@ enum Failure {
     Input(anyhow::Error),
     /// The numerics failed: 3.
     Numerics(anyhow::Error),
+    /// A model was made and is not good enough: 4.
+    NotGoodEnough(String),
     /// Ctrl-C: 130.
     Interrupted(String),
 }
@@ -263,6 +268,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Err(Failure::Numerics(error)) => {
             eprintln!("error: {}", with_causes(&error));
             3
+        }
+        Err(Failure::NotGoodEnough(what)) => {
+            eprintln!("error: {what}");
+            4
         }
         Err(Failure::Interrupted(kept)) => {
             eprintln!("interrupted: {kept}");
