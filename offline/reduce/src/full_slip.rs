@@ -7,6 +7,7 @@ use fingerpad::build::ParamsOf;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Run;
+use crate::parameterisation::YIELD_MAX_MM;
 
 /// Friction over normal force in full slip where the plane moves along +x, along −x and along y, over the normal force N in N:
 /// exp(a + b ln N + c ln² N).
@@ -79,41 +80,48 @@ impl FullSlipLaw {
         let mut last = [0.0; M];
         for (node, row) in params.nodes.iter_mut().zip(&rows).skip(1) {
             let [kx, ky] = [row.stiffness_x.value, row.stiffness_y.value];
-            let moment =
-                |power: i32| shares.iter().zip(&node.yield_slide_mm).map(|(k, r)| k / all * r.powi(power)).sum::<f64>();
-            let [first, second, third] = [1, 2, 3].map(moment);
-            if !(first > 0.0) || !(node.normal_force_n > 0.0) {
-                continue;
-            }
-            let [slope_x, slope_y] = node.stiffness_slope_n_mm2;
-            // Yield slides ahead, back and across, over those of the fit.
-            let mut slides = [1.0, 1.0, 1.0];
+            let target_of = |normal: f64, k: usize| self.coefficient(k, normal) * normal / kx;
+            // A spring that would yield later than any may is shortened, and the others make up for it.
             for _ in 0..ROUNDS {
+                let moment = |power: i32| {
+                    shares.iter().zip(&node.yield_slide_mm).map(|(k, r)| k / all * r.powi(power)).sum::<f64>()
+                };
+                let [first, second, third] = [1, 2, 3].map(moment);
+                if !(first > 0.0) || !(node.normal_force_n > 0.0) {
+                    break;
+                }
+                let [slope_x, slope_y] = node.stiffness_slope_n_mm2;
+                // Yield slides ahead, back and across, over those of the fit.
+                let mut slides = [1.0, 1.0, 1.0];
+                for _ in 0..ROUNDS {
+                    let [ahead, back, across] = slides;
+                    let along = |slide: f64| slide * (first - q * slide * second);
+                    let energy = |slide: f64| slide * slide * (0.5 * second - q / 3.0 * slide * third);
+                    let normals = [
+                        node.normal_force_n + node.press_coupling * kx * along(ahead) + slope_x * energy(ahead),
+                        node.normal_force_n + node.press_coupling * kx * along(-back) + slope_x * energy(-back),
+                        node.normal_force_n + slope_y * 0.5 * second * (across * kx / ky).powi(2),
+                    ];
+                    let target = |k: usize| target_of(normals[k].max(0.05 * node.normal_force_n), k);
+                    // slide (first − q slide second) = target, the root that is near target / first.
+                    let root = |target: f64, q: f64| {
+                        let under = (first * first - 4.0 * q * second * target).max(0.0);
+                        2.0 * target / (first + under.sqrt())
+                    };
+                    slides = [root(target(0), q), root(target(1), -q), target(2) / first];
+                }
                 let [ahead, back, across] = slides;
-                let along = |slide: f64| slide * (first - q * slide * second);
-                let energy = |slide: f64| slide * slide * (0.5 * second - q / 3.0 * slide * third);
-                let normals = [
-                    node.normal_force_n + node.press_coupling * kx * along(ahead) + slope_x * energy(ahead),
-                    node.normal_force_n + node.press_coupling * kx * along(-back) + slope_x * energy(-back),
-                    node.normal_force_n + slope_y * 0.5 * second * (across * kx / ky).powi(2),
-                ];
-                let target = |k: usize| {
-                    let normal = normals[k].max(0.05 * node.normal_force_n);
-                    self.coefficient(k, normal) * normal / kx
-                };
-                // slide (first − q slide second) = target, the root that is near target / first.
-                let root = |target: f64, q: f64| {
-                    let under = (first * first - 4.0 * q * second * target).max(0.0);
-                    2.0 * target / (first + under.sqrt())
-                };
-                slides = [root(target(0), q), root(target(1), -q), target(2) / first];
+                let scale = (ahead * back).sqrt();
+                node.tilt_x = (0.5 * (ahead - back) / scale).clamp(-TILT, TILT);
+                node.strength_ratio = (across / scale).clamp(RATIO[0], RATIO[1]);
+                let is_within = node.yield_slide_mm.iter().all(|slide| scale * slide <= YIELD_MAX_MM);
+                node.yield_slide_mm.iter_mut().for_each(|slide| *slide = (scale * *slide).min(YIELD_MAX_MM));
+                if is_within {
+                    break;
+                }
             }
-            let [ahead, back, across] = slides;
-            let scale = (ahead * back).sqrt();
-            node.tilt_x = (0.5 * (ahead - back) / scale).clamp(-TILT, TILT);
-            node.strength_ratio = (across / scale).clamp(RATIO[0], RATIO[1]);
             for (slide, last) in node.yield_slide_mm.iter_mut().zip(&mut last) {
-                *slide = (scale * *slide).max(*last);
+                *slide = slide.max(*last);
                 *last = *slide;
             }
         }
