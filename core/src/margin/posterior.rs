@@ -17,7 +17,7 @@ const EVIDENCE_MAX: f32 = 1e15;
 
 impl Evidence {
     pub(super) fn add(&mut self, kept: f32, cross: f32, square: f32) {
-        self.cross = (self.cross * kept + cross).max(-EVIDENCE_MAX).min(EVIDENCE_MAX);
+        self.cross = (self.cross * kept + cross).clamp(-EVIDENCE_MAX, EVIDENCE_MAX);
         self.square = (self.square * kept + square).not_negative().at_most(EVIDENCE_MAX);
     }
 }
@@ -77,7 +77,7 @@ impl Posterior {
             let gained = 0.5 * (pull * mean - certainty * stiffness.mean * stiffness.mean);
             let unlikely = logarithm / spread;
             *weight = gained - 0.5 * Elementary::ln(precision * stiffness.variance) - 0.5 * unlikely * unlikely;
-            *factor = Normal { mean: mean.max(0.3).min(3.0), variance: 1.0 / precision };
+            *factor = Normal { mean: mean.clamp(0.3, 3.0), variance: 1.0 / precision };
             if *weight > most {
                 (most, this.best, this.best_stiffness) = (*weight, k, factor.mean);
             }

@@ -6,6 +6,9 @@ use fingerpad::margin::{Known, Margin, MarginObserver, Reading, Settings};
 use fingerpad::{Drive, Error, Model, Normal, State, Status, Tangential, Tuning};
 use proptest::prelude::*;
 
+/// Of [`the_bits_of_a_story`].
+const DIGEST: u32 = 0x68e7_1d71;
+
 type Observer<'a> = MarginObserver<'a, 4, 37>;
 
 const AIR: Reading = Reading {
@@ -206,6 +209,47 @@ fn settings_out_of_range_are_refused() {
     ] {
         assert!(matches!(Observer::new(&model, settings), Err(Error::Range { .. })), "{settings:?}");
     }
+}
+
+/// The answers along readings that C and Python repeat (`bindings/c/consumer/misuse.c`, `bindings/python/tests/test_margin.py`), as one
+/// number: all of them have the bits of the core.
+#[test]
+fn the_bits_of_a_story() {
+    let data = shipped();
+    let mut observer = Observer::new(&data.model().unwrap(), Settings::default()).unwrap();
+    let (mut seed, mut digest) = (7u32, 0u32);
+    let mut noise = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ((seed >> 8) as f32 / (1 << 24) as f32 - 0.5) / 64.0
+    };
+    for k in 0..600u16 {
+        let [press, pull] = [k.min(256), k.saturating_sub(300)].map(f32::from);
+        let reading = Reading {
+            normal_force_n: press / 512.0 + noise(),
+            friction_n: [pull / 1024.0 + noise(), noise()],
+            slide_increment_mm: [if k > 300 { 1.0 / 128.0 } else { 0.0 } + noise(), noise()],
+            dt_s: if k % 97 == 96 { 0.0 } else { 1.0 / 1024.0 },
+            normal_variance_n2: 1.0 / 32768.0,
+            friction_covariance_n2: [1.0 / 32768.0, 1.0 / 32768.0, 0.0],
+            slide_covariance_mm2: [1.0 / 32768.0, 1.0 / 32768.0, 0.0],
+        };
+        let m = observer.step(reading);
+        let bits = [
+            m.strength_factor,
+            m.strength_low,
+            m.strength_high,
+            m.slip_margin,
+            m.margin_low,
+            m.margin_high,
+            m.slip_chance,
+            m.stiffness_factor,
+            m.information,
+        ];
+        for word in bits.map(f32::to_bits).into_iter().chain([m.known as u32, m.surface_changed.into(), m.status.0]) {
+            digest = digest.rotate_left(5) ^ word;
+        }
+    }
+    assert_eq!(digest, DIGEST, "{digest:#010x}");
 }
 
 proptest! {
