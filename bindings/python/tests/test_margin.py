@@ -9,7 +9,7 @@ import pytest
 import fingerpad
 from fingerpad import InputError, MarginObserver, Model, Status
 
-DIGEST = 0x68E71D71
+DIGEST = 0xBFDADBE5
 KNOWN = ["no_contact", "prior", "part", "strength"]
 
 

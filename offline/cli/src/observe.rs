@@ -44,8 +44,8 @@ pub fn run(args: &ObserveArgs, path: &Path, file: &ModelFile, outputs: Outputs, 
     let mut dt_s = (rows[1][0] - rows[0][0]) as f32;
     let mut lines = Vec::new();
     let mut left_out = 0;
-    for row in rows {
-        if row != before {
+    for (k, row) in rows.into_iter().enumerate() {
+        if k > 0 {
             dt_s = (row[0] - before[0]) as f32;
         }
         let margin = observer.step(Reading {
@@ -67,7 +67,9 @@ pub fn run(args: &ObserveArgs, path: &Path, file: &ModelFile, outputs: Outputs, 
     })?;
     outputs::say(out, &format!("{}: {} rows", out.display(), lines.len()));
     if left_out > 0 {
-        eprintln!("{left_out} rows taught nothing: an unsound number, a clock that stands still, or a force beyond the model");
+        eprintln!(
+            "{left_out} rows taught nothing: an unsound number, a clock that stands still, or a force beyond the model"
+        );
     }
     Ok(())
 }

@@ -39,7 +39,9 @@ impl<'a> Lab<'a> {
 
     /// The k-th experiment, to full slip, on a surface of one of [`STRENGTHS`]. The finger is stiffer or softer by some 15 %.
     pub fn experiment(&mut self, k: usize) -> Experiment {
-        loop {
+        for tries in 0.. {
+            // Not every strength has runs with such a limit.
+            let k = if tries < 20 { k } else { (self.chance.share() * STRENGTHS.len() as f64) as usize };
             let run = &self.runs[(self.chance.share() * self.runs.len() as f64) as usize % self.runs.len()];
             let factor = (STIFFNESS * self.chance.normal()).exp().clamp(0.7, 1.4);
             let speed_mm_s = 2.0 * 5.0f64.powf(self.chance.share());
@@ -51,7 +53,9 @@ impl<'a> Lab<'a> {
                 let ride = Ride { speed_mm_s, until: (run.rows.len() - 1) as f64, hold_s: 0.0 };
                 return Experiment { run, ride };
             }
+            assert!(tries < 10_000, "no run has a limit within {:?} N", self.limits_n);
         }
+        unreachable!("an endless loop")
     }
 
     pub fn readings(&mut self, experiment: &Experiment, sensors: &Sensors) -> Vec<Measured> {
