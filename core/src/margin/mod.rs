@@ -419,16 +419,20 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         let measured = [friction[0] - kept * self.error_n[0], friction[1] - kept * self.error_n[1]];
         self.error_n = [0, 1].map(|k| kept * self.error_n[k] + gain * measured[k]);
         let remembered = if in_range { 1.0 - FORGOTTEN * (travel / length).at_most(1.0) } else { 1.0 - FORGOTTEN };
-        let (best, factor) = (self.posterior.best, self.posterior.best_stiffness);
-        let mut surprise = 0.0;
+        let posterior = &self.posterior;
+        // The least innovation among those that were possible.
+        let mut surprise = f32::MAX;
         for (k, (twin, evidence)) in self.twins.iter_mut().zip(&mut self.evidence).enumerate() {
             let forces = self.model.step_forces(&mut twin.state, motion);
             let corrected = self.settings.curve_at(1.0 - forces.slip_margin);
             let [x, y] = [0, 1].map(|k| forces.friction_n[k] * corrected - kept * twin.error_n[k]);
             twin.error_n = [kept * twin.error_n[0] + gain * x, kept * twin.error_n[1] + gain * y];
-            if k == best {
+            if let Some(strength) = posterior.possible(k) {
+                let factor = strength / twin.state.strength_factor();
                 let [u, v] = [measured[0] - factor * x, measured[1] - factor * y];
-                surprise = (u * u + v * v) * per_total;
+                surprise = surprise.min((u * u + v * v) * per_total);
+            }
+            if k == posterior.best {
                 self.of_shear_n = forces.normal_force_n - self.model.normal_at(self.depth_mm);
             }
             let by = if in_range { per_total } else { 0.0 };

@@ -39,13 +39,14 @@ pub(super) struct Posterior {
     /// Logarithm of the strength factor.
     pub(super) logarithm: Normal,
     pub(super) stiffness: Normal,
-    /// The twin of the largest weight, and its stiffness factor.
+    /// The twin of the largest weight.
     pub(super) best: usize,
-    pub(super) best_stiffness: f32,
 }
 
 /// Width of the bell 6 t (1 − t) over its standard deviation.
 const WIDTH: f32 = 4.472;
+/// Weight of a twin over the largest below which it is excluded.
+const POSSIBLE: f32 = 1e-3;
 /// Range of the quantiles.
 const LEAST: f32 = 0.1;
 const MOST: f32 = 8.0;
@@ -64,7 +65,6 @@ impl Posterior {
             logarithm: Normal { mean: 0.0, variance: spread * spread },
             stiffness,
             best: TWINS / 2,
-            best_stiffness: stiffness.mean,
         };
         let mut factors = [Normal { mean: 1.0, variance: 0.0 }; TWINS];
         let mut most = f32::MIN;
@@ -79,7 +79,7 @@ impl Posterior {
             *weight = gained - 0.5 * Elementary::ln(precision * stiffness.variance) - 0.5 * unlikely * unlikely;
             *factor = Normal { mean: mean.clamp(0.3, 3.0), variance: 1.0 / precision };
             if *weight > most {
-                (most, this.best, this.best_stiffness) = (*weight, k, factor.mean);
+                (most, this.best) = (*weight, k);
             }
         }
         let mut total = 0.0;
@@ -107,6 +107,12 @@ impl Posterior {
             [0, 1].map(|k| Normal { mean: first[k], variance: (second[k] - first[k] * first[k]).max(1e-6) });
         (this.logarithm, this.stiffness) = (logarithm, stiffness);
         this
+    }
+
+    /// The strength factor under a twin that is not excluded.
+    pub(super) fn possible(&self, twin: usize) -> Option<f32> {
+        let [most, weight] = [self.best, twin].map(|k| self.weight.get(k).copied().unwrap_or(0.0));
+        if weight > POSSIBLE * most { self.centre.get(twin).copied() } else { None }
     }
 
     /// Probability that the strength factor is below a value.

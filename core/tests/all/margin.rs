@@ -137,7 +137,7 @@ fn another_object_starts_from_the_prior_with_the_stiffness_that_was_learned() {
     let air = observer.step(AIR);
     assert_eq!((air.known, air.slip_margin, air.slip_chance), (Known::NoContact, 0.0, 0.0));
     assert!(air.strength_high / air.strength_low > 5.0 && first.strength_high / first.strength_low < 2.0);
-    assert!((air.stiffness_factor - first.stiffness_factor).abs() < 0.02 && air.stiffness_factor > 1.08, "{air:?}");
+    assert!((air.stiffness_factor - first.stiffness_factor).abs() < 0.06 && air.stiffness_factor > 1.08, "{air:?}");
 }
 
 /// Whether all that `after` bounds is at least as wide as in `before`.
