@@ -35,6 +35,7 @@ mod identify;
 mod interrupt;
 mod mesh;
 mod model;
+mod observe;
 mod outputs;
 mod pad;
 mod phantom;
