@@ -1,8 +1,66 @@
 //! Residual map: where simulation and measurement disagree, in bins of every column, with the run as the unit.
+//!
+//! Main type: [`Maps`].
 
 use crate::data::runs::RunSet;
 use crate::laws::{Column, LawsFile};
-use crate::schema::Region;
+use crate::schema::{Region, Verdict};
+use crate::verdict::selected::Selected;
+
+/// Where simulation and measurement disagree.
+pub struct Maps {
+    /// Without the claimed effects, and with them. The finger is the one that was refitted with them: a refit without them spreads their
+    /// residual over columns that have nothing to do with it.
+    pub before: Vec<Region>,
+    /// With them.
+    pub after: Vec<Region>,
+    /// Columns that drive the claimed laws; they come first in both.
+    pub named: Vec<&'static str>,
+}
+
+impl Maps {
+    /// The maps of a verdict; a lag that is an effect has no law to be left out, so that the refit without it is shown.
+    pub fn of(selected: &Selected<'_, '_>, verdict: Verdict, own: &LawsFile) -> Self {
+        let Selected { decision, before, lag_effect, .. } = *selected;
+        let full = selected.fit(verdict);
+        let accepted = &full.laws[decision.selection.finger_laws.min(full.laws.len())..];
+        let mut named: Vec<&'static str> = Vec::new();
+        for driver in accepted.iter().flat_map(|active| active.law.drivers) {
+            named.extend((!named.contains(&driver.name())).then(|| driver.name()));
+        }
+        let own_laws = &full.laws[..full.laws.len() - accepted.len()];
+        let without = match lag_effect {
+            Some(_) => {
+                residual_map(before.set, own, &before.task.residual_without_random_effects_n(&before.selection.null))
+            }
+            None => {
+                let predicted = decision.task.predict(&full.parameters, own_laws);
+                let residual_n: Vec<f64> =
+                    decision.task.readings_n.iter().zip(&predicted).map(|(y, p)| y - p).collect();
+                residual_map(decision.set, own, &residual_n)
+            }
+        };
+        let with = residual_map(decision.set, own, &decision.task.residual_without_random_effects_n(full));
+        let first = |mut map: Vec<Region>| {
+            map.sort_by_key(|r| named.iter().position(|name| *name == r.column).unwrap_or(named.len()));
+            map
+        };
+        Self { before: first(without), after: first(with), named }
+    }
+
+    /// The least and the largest residual without the effects along the first named column, in the channel where they differ most.
+    pub fn along_driver(&self) -> Option<[Region; 2]> {
+        let column = self.named.first()?;
+        let ends = |channel: &str| {
+            let mut list: Vec<&Region> =
+                self.before.iter().filter(|r| r.column == *column && r.channel == channel).collect();
+            list.sort_by(|a, b| a.mean_relative.total_cmp(&b.mean_relative));
+            Some([(*list.first()?).clone(), (*list.last()?).clone()])
+        };
+        let range = |ends: &[Region; 2]| ends[1].mean_relative - ends[0].mean_relative;
+        CHANNELS[..2].iter().filter_map(|channel| ends(channel)).max_by(|a, b| range(a).total_cmp(&range(b)))
+    }
+}
 
 /// Channels of a residual map.
 pub const CHANNELS: [&str; 3] = ["normal", "friction", "across"];
@@ -164,11 +222,13 @@ fn region(column: Column, unit: &str, channel: usize, [from, to]: [f64; 2], mean
     })
 }
 
-/// The regions whose mean lies more than 3.5 standard errors from zero, strongest first.
-pub fn strongest(map: &[Region], most: usize) -> Vec<Region> {
+/// The regions whose mean lies more than 3.5 standard errors from zero: those of the columns of named laws, then the others, strongest
+/// first.
+pub fn strongest(map: &[Region], named: &[&str], most: usize) -> Vec<Region> {
     let mut list: Vec<Region> =
         map.iter().filter(|r| r.z.abs() > 3.5 && r.mean_relative.abs() > 0.003).cloned().collect();
-    list.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
+    let other = |r: &Region| !named.contains(&r.column.as_str());
+    list.sort_by(|a, b| other(a).cmp(&other(b)).then(b.z.abs().total_cmp(&a.z.abs())));
     list.truncate(most);
     list
 }
