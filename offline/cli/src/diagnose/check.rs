@@ -8,8 +8,8 @@ use crate::Failure;
 
 /// Prints what was understood of every file.
 pub fn run(args: &CheckFiles) -> Result<(), Failure> {
-    let look = |path| survey(path, args.map.as_deref(), args.unit.as_deref());
-    let found: Result<Vec<Survey>, SurveyError> = args.files.iter().map(|path| look(path)).collect();
+    let look = |path: &std::path::PathBuf| survey(path, args.map.as_deref(), args.unit.as_deref());
+    let found: Result<Vec<Survey>, SurveyError> = args.files.iter().map(look).collect();
     let found = found.map_err(|error| Failure::Input(anyhow!(error)))?;
     if args.json {
         let json = serde_json::to_string_pretty(&found).map_err(|e| Failure::Numerics(e.into()))?;

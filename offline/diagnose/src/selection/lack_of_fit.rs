@@ -199,7 +199,7 @@ fn size_n(task: &Task<'_>, projection: &Projection<'_>, group: &BasisGroup, scor
             *change += estimate * value * sigma;
         }
     }
-    in_contact_n(task, &group.channel, &change_n)
+    in_contact_n(task, group.channel, &change_n)
 }
 
 /// Squared size below which what is left of a group's columns carries nothing.
