@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use fingerpad_diagnose::RunSet;
-use fingerpad_fe::experiment::Config;
-use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_tests::synthetic_truth::effects::Effect;
 use fingerpad_tests::synthetic_truth::fe_sets::config;
 use fingerpad_tests::synthetic_truth::finger::Finger;
@@ -36,7 +34,7 @@ struct Args {
 enum Who {
     /// The bristles of the first simulator
     Bristles,
-    /// Finite elements on the medium mesh: half an hour of CPU
+    /// Finite elements on the coarse mesh
     FiniteElements,
 }
 
@@ -69,7 +67,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         return Ok(());
     }
-    let config = Config { mesh_preset: MeshPreset::Medium, ..config(&args.shape) };
+    let config = config(&args.shape);
     let (finger, _) = config.finger()?;
     let problem = config.problem(&finger);
     let set = |k: usize, strokes: &[Stroke]| {
