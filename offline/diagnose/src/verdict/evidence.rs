@@ -109,7 +109,7 @@ pub struct DriverPlot {
 
 /// Slide since touch and since the last turn from which on friction shows the strength, mm: before, it is what the turn left of the friction
 /// in the other direction.
-const FULL_SLIP_MM: f64 = 1.0;
+pub const FULL_SLIP_MM: f64 = 1.0;
 
 /// Residual without the effect, and the effect, along the law's first driver: relative to the prediction in each row for a driver that
 /// changes within a stroke, otherwise the sums over a run relative to that of the predictions.

@@ -3,8 +3,9 @@
 //! Main type: [`Maps`].
 
 use crate::data::runs::RunSet;
-use crate::laws::{Column, LawsFile};
+use crate::laws::{Column, LawsFile, Row};
 use crate::schema::{Region, Verdict};
+use crate::verdict::evidence::FULL_SLIP_MM;
 use crate::verdict::selected::Selected;
 
 /// Where simulation and measurement disagree.
@@ -172,6 +173,11 @@ fn bin_edges(set: &RunSet, column: Column, relative: &[[f64; 3]]) -> Option<Vec<
     Some(edges)
 }
 
+/// Whether a row shows what a column does to a channel: friction in full slip, and over the slide from touch to the first turn as well.
+fn shows(column: Column, channel: usize, row: &Row) -> bool {
+    channel == 0 || row.turn_mm > FULL_SLIP_MM || (column == Column::Slide && row.turn_mm >= row.path_mm)
+}
+
 /// Mean relative residual of each run that has rows in a bin, whose upper end belongs to it if it is the last one.
 fn run_means(
     set: &RunSet,
@@ -188,7 +194,7 @@ fn run_means(
         for i in 0..run.rows.len() {
             let v = value(column, run, i);
             let r = relative[at][channel];
-            if v >= from && (v < to || (last && v <= to)) && r.is_finite() {
+            if v >= from && (v < to || (last && v <= to)) && r.is_finite() && shows(column, channel, &run.rows[i]) {
                 sum += r;
                 n += 1.0;
             }

@@ -396,7 +396,7 @@ pub fn map_caption(claimed: bool) -> String {
     };
     format!(
         "Mean relative residual over runs in parts of each column, one row a column, at most six parts from low to high; left normal force, \
-         then friction along and across the motion. Red: more force measured than predicted. A dot marks parts whose mean is more than 3.5 \
+         then friction in full slip, along and across the motion. Red: more force measured than predicted. A dot marks parts whose mean is more than 3.5 \
          standard errors over runs from zero.{named}"
     )
 }
