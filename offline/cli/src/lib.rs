@@ -87,7 +87,7 @@ enum Command {
     /// Follow a path of the plane with the finite-element model
     Simulate(simulate::Args),
     /// Name the physical effect that measured runs show and the model does not contain
-    Diagnose(diagnose::Args),
+    Diagnose(Box<diagnose::Args>),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
     /// Make the model file of your finger: runs of a design of experiments, fit, report
