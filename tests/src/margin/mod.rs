@@ -15,8 +15,9 @@ use fingerpad_report::{Trace, TraceChart};
 use score::{Alarm, Errors, LIMITS_N, Lab, MARGINS, announcements, errors, observe, tuned_thresholds};
 use truth::{Chance, Ride, Row, Sensors, Truth, measure};
 
-/// The page, and runs on surfaces of other lambda than those of the design, from the root of the repository.
+/// The page, from the root of the repository.
 pub const PAGE: &str = "docs/unknown-friction.md";
+/// Pulls of finite elements whose lambda is not that of the design, from the root of the repository.
 pub const OTHER_LAMBDA: &str = "data/reference/pulls.csv";
 /// Runs with a larger normal force are left out, N: the end of the bed's range, where it is up to 18 % too soft.
 const NORMAL_MAX_N: f64 = 1.4;
@@ -27,8 +28,9 @@ pub type Failure = Box<dyn std::error::Error>;
 
 /// The runs of one finger.
 pub struct Runs {
-    /// Pulls at a constant depth or normal force; and those whose depth changes on the way.
+    /// Pulls at a constant depth or normal force.
     pub straight: Vec<Truth>,
+    /// Pulls whose depth changes on the way.
     pub oblique: Vec<Truth>,
 }
 

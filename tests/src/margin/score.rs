@@ -27,7 +27,9 @@ pub struct Lab<'a> {
 
 /// One experiment: a run of a random finger on a surface.
 pub struct Experiment {
+    /// The run of the finite elements.
     pub run: Truth,
+    /// How it is traversed.
     pub ride: Ride,
 }
 
@@ -58,10 +60,12 @@ impl<'a> Lab<'a> {
         unreachable!("an endless loop")
     }
 
+    /// What the sensors measure in an experiment.
     pub fn readings(&mut self, experiment: &Experiment, sensors: &Sensors) -> Vec<Measured> {
         measure(&experiment.run, experiment.ride, sensors, &mut self.chance)
     }
 
+    /// A random share, uniform in 0 to 1.
     pub fn share(&mut self) -> f64 {
         self.chance.share()
     }
@@ -88,12 +92,15 @@ pub fn observe(model: &Model<'_>, sensors: &Sensors, readings: &[Measured]) -> V
 /// Errors at one true margin.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {
+    /// Number of rows.
     pub number: f64,
-    /// Sums of the logarithmic error of the strength, and of its square.
+    /// Sum of the logarithmic error of the strength.
     pub sum: f64,
+    /// Sum of the squares of the logarithmic error of the strength.
     pub square: f64,
-    /// Rows whose band of the strength, and of the margin, covers the truth; rows whose lower bound of the margin is below the truth.
+    /// Rows whose band of the strength, and of the margin, covers the truth.
     pub covered: [f64; 2],
+    /// Rows whose lower bound of the margin is at most the truth.
     pub safe: f64,
     /// Sum of the logarithm of the band's upper over its lower end.
     pub width: f64,
@@ -111,6 +118,7 @@ impl Errors {
         self.safe += f64::from(u8::from(f64::from(m.margin_low) <= truth));
         self.width += f64::from(m.strength_high / m.strength_low).ln();
     }
+    /// Mean logarithmic error of the strength.
     pub fn bias(&self) -> f64 {
         self.sum / self.number
     }
@@ -206,15 +214,20 @@ impl core::fmt::Display for Alarm {
 /// Announcements of slips and in holds.
 #[derive(Clone, Debug, Default)]
 pub struct Announced {
+    /// Rides that end in full slip.
     pub slips: usize,
+    /// Those of them that were announced before.
     pub before: usize,
     /// Travel from the announcement to full slip, mm.
     pub lead_mm: Vec<f64>,
+    /// Rides that end in a hold.
     pub holds: usize,
+    /// Those of them in which a slip was announced.
     pub false_ones: usize,
 }
 
 impl Announced {
+    /// Median travel from the announcement to full slip, mm; NaN without any.
     pub fn median_lead_mm(&self) -> f64 {
         let mut leads = self.lead_mm.clone();
         leads.sort_by(f64::total_cmp);

@@ -8,9 +8,13 @@ use fingerpad::{Drive, Model, Normal, State, Tangential};
 /// A row of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Row {
+    /// Normal force, N.
     pub normal_n: f64,
+    /// Slide along x and y, mm.
     pub slide_mm: [f64; 2],
+    /// Friction along x and y, N.
     pub friction_n: [f64; 2],
+    /// Stick ratio.
     pub stick: f64,
     /// Slip margin: friction over that of full slip at the same normal force.
     pub margin: f64,
@@ -19,6 +23,7 @@ pub struct Row {
 /// A run of finite elements and the strength of its surface in units of the bed.
 #[derive(Clone, Debug)]
 pub struct Truth {
+    /// Name of the run.
     pub name: String,
     /// Factor on lambda of the finite elements.
     pub lambda: f64,
@@ -26,6 +31,7 @@ pub struct Truth {
     pub strength: f64,
     /// Row at which the press ends.
     pub pressed: usize,
+    /// The run itself.
     pub rows: Vec<Row>,
 }
 
@@ -172,6 +178,7 @@ const TEST_MM: f64 = 0.2;
 pub struct Chance(u64);
 
 impl Chance {
+    /// The generator of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
@@ -192,16 +199,22 @@ impl Chance {
 /// Errors of the sensors.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensors {
+    /// Noise of each force, standard deviation, N.
     pub force_n: f64,
+    /// Noise of each position, standard deviation, mm.
     pub encoder_mm: f64,
+    /// Play of the drive, mm.
     pub play_mm: f64,
     /// Share of the slide.
     pub drift: f64,
+    /// Lag of the forces behind the positions, s.
     pub lag_s: f64,
+    /// Offset of each force, standard deviation, N.
     pub tare_n: f64,
 }
 
 impl Sensors {
+    /// Sensors by their noise, in mN and um; play is twice the noise of the encoders.
     pub const fn of(force_mn: f64, encoder_um: f64) -> Self {
         Self {
             force_n: 1e-3 * force_mn,
@@ -217,7 +230,9 @@ impl Sensors {
 /// A reading with its truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
+    /// What the observer gets.
     pub reading: Reading,
+    /// The run at this instant.
     pub truth: Row,
     /// Way of the slide, mm.
     pub way_mm: f64,
@@ -226,11 +241,15 @@ pub struct Measured {
 /// How a run is traversed: 1 kHz; press in 0.3 s, slide at a speed up to row `until` (a fraction is between rows), then hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Ride {
+    /// Speed of the slide, mm/s.
     pub speed_mm_s: f64,
+    /// Row at which the slide ends.
     pub until: f64,
+    /// Hold at its end, s.
     pub hold_s: f64,
 }
 
+/// Time between two readings, s.
 pub const DT_S: f64 = 1e-3;
 
 /// The readings of a ride.
