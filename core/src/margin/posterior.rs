@@ -50,8 +50,8 @@ const POSSIBLE: f32 = 1e-3;
 /// Range of the quantiles.
 const LEAST: f32 = 0.1;
 const MOST: f32 = 8.0;
-/// Halvings of that range: to 1.7 %, and a straight line within.
-const HALVINGS: u32 = 8;
+/// Halvings of that range: to 3.4 %, and a straight line within.
+const HALVINGS: u32 = 7;
 
 impl Posterior {
     /// * `stiffness`: prior of the stiffness factor
