@@ -96,10 +96,7 @@ impl From<ReduceError> for Failure {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (config, _, mut design_settings) = args.model.settings()?;
-    if args.design {
-        design_settings = super::finger::with_tip(&config, &design_settings)?;
-    }
+    let (config, _, design_settings) = args.model.settings()?;
     // A model costs hours of finite elements: an existing one is replaced on request only.
     let mut outputs =
         Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref(), Vec::new()).force(args.force);
@@ -108,10 +105,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some(folder) = args.runs.as_deref().filter(|_| args.design) {
         let share = args.task.unwrap_or(Share::ALL);
+        let outputs = outputs.folder("--runs", folder, &[]);
+        if !args.check {
+            outputs.prepare()?;
+        }
+        let design_settings = super::finger::with_tip(&config, &design_settings)?;
         if args.check {
             return design::check(&config, &design_settings, folder, share);
         }
-        outputs.folder("--runs", folder, &[]).prepare()?;
         design::run(&config, &design_settings, folder, share, args.jobs)?;
     } else {
         outputs.prepare()?;
