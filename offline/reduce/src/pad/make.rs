@@ -58,12 +58,13 @@ pub struct PadMeta {
 
 impl PadMeta {
     /// Replaces the errors by those of the present core along `held_out` runs.
-    pub fn rescore(&mut self, model: &PadModel, held_out: &[&Run], outline: &Outline) {
+    pub fn rescore(&mut self, model: &PadModel, held_out: &[&Run], outline: &Outline, law: &RubberFriction) {
         let mut by_kind: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
         for run in held_out {
             by_kind.entry(run.kind.as_str().to_owned()).or_default().push(run);
         }
-        self.held_out = by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(model, &runs, outline))).collect();
+        self.held_out =
+            by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(model, &runs, outline, law))).collect();
     }
 }
 
@@ -178,7 +179,7 @@ pub fn make_pad(
         fitted,
         held_out: BTreeMap::new(),
     };
-    meta.rescore(&model, &held_out, outline);
+    meta.rescore(&model, &held_out, outline, &settings.friction);
     Ok(MadePad { model, meta })
 }
 

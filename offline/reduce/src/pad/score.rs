@@ -51,10 +51,18 @@ pub struct DepthScores {
 }
 
 /// Scores of the rows of `runs` between two depths, mm.
-pub fn score_depths(model: &PadModel, runs: &[&Run], outline: &Outline, [least, most]: [f64; 2]) -> DepthScores {
+///
+/// * `law`: friction law of the runs
+pub fn score_depths(
+    model: &PadModel,
+    runs: &[&Run],
+    outline: &Outline,
+    law: &RubberFriction,
+    [least, most]: [f64; 2],
+) -> DepthScores {
     let mut sums = DepthScores::default();
     for run in runs {
-        let [_, friction, _] = largest(run, model.numbers.law.friction);
+        let [_, friction, _] = largest(run, [law.lambda, law.beta]);
         for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
             let normal = f64::from(s.normal_force_n);
             if !(least..most).contains(&f64::from(s.depth_mm)) || normal <= 0.0 {
@@ -130,11 +138,13 @@ pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
 pub(super) const ANGLE_DEG: f64 = 0.5;
 
 /// Scores over runs.
-pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScores {
+///
+/// * `law`: friction law of the runs
+pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline, law: &RubberFriction) -> PadScores {
     let (mut sums, mut rows, mut centres, mut lights, mut regimes) = ([0.0; 8], 0.0, 0.0, 0.0, [0.0; 2]);
     let (mut inside, mut with_band) = ([0.0; 2], 0.0);
     for run in runs {
-        let [normal, friction, area] = largest(run, model.numbers.law.friction);
+        let [normal, friction, area] = largest(run, [law.lambda, law.beta]);
         for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
             if s.normal_force_n <= 0.0 {
                 continue;
