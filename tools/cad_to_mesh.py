@@ -31,6 +31,7 @@ def main():
     arguments = parsed()
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add("cad")
     try:
         low = load(arguments)
         if arguments.list:
@@ -38,7 +39,7 @@ def main():
             return 0
         name_groups(arguments)
         set_sizes(arguments, low)
-        make_tetrahedra()
+        make_tetrahedra(arguments, low)
         place(arguments)
         write(arguments)
         return 0
@@ -120,6 +121,7 @@ def load(arguments):
         gmsh.model.geo.synchronize()
     else:
         raise Refused("the name of a file to be meshed ends in .step, .stp or .stl")
+    check_size(arguments)
     if not gmsh.model.getEntities(3):
         raise Refused("holds no volume: export it as a solid, not as surfaces")
     if kind != ".stl":
@@ -128,6 +130,15 @@ def load(arguments):
         low = lowest(arguments)
         gmsh.model.mesh.clear()
     return low
+
+
+def check_size(arguments):
+    """Refuses a size that only another unit explains."""
+    box = gmsh.model.getBoundingBox(-1, -1)
+    longest = max(high - low for low, high in zip(box, box[3:]))
+    for name, factor in [("metres", 1000.0), ("micrometres", 0.001)]:
+        if not 0.3 <= longest <= 3000 and 2 <= longest * factor <= 300:
+            raise Refused(f"is {longest:.3g} mm long, which no fingertip is; in {name}? Give --unit-mm {arguments.unit_mm * factor:g}")
 
 
 def scaled(factor):
@@ -263,7 +274,41 @@ def set_sizes(arguments, low):
         gmsh.option.setNumber(f"Mesh.{name}", value)
 
 
-def make_tetrahedra():
+def make_tetrahedra(arguments, low):
+    """Tetrahedra of second order; where the geometry makes slivers, on surfaces without its short edges."""
+    tags, nodes, places, straight = filled()
+    worst, spot = least_quality(nodes, places)
+    cad, removed = gmsh.model.getCurrent(), 0.0
+    boundary = {tag: [face for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False)]
+                for _, tag in gmsh.model.getEntities(3)}
+    surfaces = surface_mesh()
+    for share in SHARES:
+        if worst >= ENOUGH:
+            break
+        surfaces = without_slivers(*surfaces, share * arguments.pad_size_mm)
+        try:
+            use_surfaces(arguments, low, f"{cad}, {share}", boundary, *surfaces)
+            found = filled(cad)
+            quality, where = least_quality(found[1], found[2])
+        except Refused:
+            continue
+        if quality > worst:
+            (tags, nodes, places, straight), worst, spot = found, quality, where
+            kept, removed = gmsh.model.getCurrent(), share * arguments.pad_size_mm
+    if not worst >= LEAST:
+        raise Refused("a tetrahedron at ({:.4g}, {:.4g}, {:.4g}) mm is inverted or flat (scaled Jacobian {:.1e}): mend the "
+                      "geometry there, or change the sizes".format(*spot, worst))
+    if removed:
+        gmsh.model.setCurrent(kept)
+        print(f"details smaller than {removed:.3g} mm, of which slivers would be made, were left out")
+    print(f"{len(tags)} tetrahedra, {straight} of them with straightened edges, least scaled Jacobian {worst:.3f}")
+    if worst < GOOD:
+        print("below {} at ({:.4g}, {:.4g}, {:.4g}) mm in the file: runs may be slow; smaller sizes or a geometry without "
+              "thin details there help".format(GOOD, *spot))
+
+
+def filled(cad=None):
+    """Fills the surfaces with tetrahedra: numbers, nodes of each, places of the nodes, number of straightened ones."""
     try:
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("Netgen")
@@ -273,33 +318,216 @@ def make_tetrahedra():
     tags, nodes = gmsh.model.mesh.getElementsByType(11)
     if len(tags) == 0:
         raise Refused("Gmsh made no tetrahedra: is it a closed solid?")
-    nodes = [nodes[n:n + 10] for n in range(0, len(nodes), 10)]
-    straight = straighten(tags, nodes)
-    shapes = gmsh.model.mesh.getElementQualities(tags, "minSJ")
-    worst = min(range(len(tags)), key=lambda n: shapes[n])
-    if not shapes[worst] > 0:
-        place = gmsh.model.mesh.getNode(nodes[worst][0])[0]
-        raise Refused("tetrahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm is inverted or flat: mend the geometry there, or "
-                      "change the sizes".format(tags[worst], *place))
-    print(f"{len(tags)} tetrahedra, {straight} of them with straightened edges, least scaled Jacobian {shapes[worst]:.3f}")
+    nodes = [[int(n) for n in nodes[n:n + 10]] for n in range(0, len(nodes), 10)]
+    numbers, values, _ = gmsh.model.mesh.getNodes()
+    places = {int(n): tuple(values[3 * k:3 * k + 3]) for k, n in enumerate(numbers)}
+    moved = onto_surfaces(cad, places) if cad else set()
+    straight = straighten(nodes, places, moved)
+    for node in moved:
+        gmsh.model.mesh.setNode(node, places[node], [])
+    return tags, nodes, places, straight
 
 
-def straighten(tags, nodes):
+# Corners of the twelve linear parts of a 10-node tetrahedron in Gmsh's order; 10 is the mean of the edge nodes.
+PARTS = [(0, 4, 6, 7), (4, 1, 5, 9), (6, 5, 2, 8), (7, 9, 8, 3), (4, 5, 6, 10), (8, 6, 5, 10), (4, 6, 7, 10), (4, 9, 5, 10),
+         (8, 7, 6, 10), (8, 5, 9, 10), (4, 7, 9, 10), (8, 9, 7, 10)]
+EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3)]
+# Scaled Jacobian of a good mesh, one for which no detail is left out, and the least with which anything can be computed.
+GOOD, ENOUGH, LEAST = 0.1, 0.05, 1e-3
+# Details that are left out where they make slivers, shares of the pad's size.
+SHARES = [0.01, 0.03, 0.1]
+
+
+def volume(a, b, c, d):
+    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = ([q - p for p, q in zip(a, other)] for other in (b, c, d))
+    return (ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)) / 6
+
+
+def shape_and_squeeze(p):
+    """The scaled Jacobian of the corners, and the least volume of a part over that with straight edges: `fingerpad mesh` refuses and
+    prints their product."""
+    whole = volume(*p[:4])
+    greatest = max(math.prod(math.dist(p[i], p[k]) for k in range(4) if k != i) for i in range(4))
+    shape = math.sqrt(2) * 6 * whole / greatest if greatest > 0 else 0.0
+    if not whole > 0:
+        return -abs(shape), 1.0
+    p = [*p, [sum(c) / 6 for c in zip(*p[4:])]]
+    squeeze = min(volume(*(p[k] for k in part)) / whole * (8 if n < 4 else 16) for n, part in enumerate(PARTS))
+    return shape, min(1.0, squeeze)
+
+
+def least_quality(nodes, places):
+    """Least scaled Jacobian of the tetrahedra, and the place of that one."""
+    def quality(tetrahedron):
+        shape, squeeze = shape_and_squeeze([places[n] for n in tetrahedron])
+        return shape * squeeze
+    worst = min(nodes, key=quality)
+    return quality(worst), places[worst[0]]
+
+
+def straighten(nodes, places, moved):
     """Puts the edge nodes of elements that the curved surface squeezes to the middles of their edges; how many."""
-    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3)]
     squeezed = set()
     # Straightening one may squeeze its neighbour.
     for _ in range(20):
-        shapes = gmsh.model.mesh.getElementQualities(tags, "minSJ")
-        more = [n for n in range(len(tags)) if shapes[n] < 0.15 and n not in squeezed]
+        of_all = [shape_and_squeeze([places[k] for k in tetrahedron]) for tetrahedron in nodes]
+        is_squeezed = lambda shape, squeeze: squeeze < 0.15 or squeeze < 0.99 and shape * squeeze < GOOD
+        more = [n for n, found in enumerate(of_all) if n not in squeezed and is_squeezed(*found)]
         if not more:
             break
         squeezed.update(more)
         for n in more:
-            for edge, (a, b) in enumerate(edges):
-                ends = [gmsh.model.mesh.getNode(nodes[n][k])[0] for k in (a, b)]
-                gmsh.model.mesh.setNode(nodes[n][4 + edge], [(p + q) / 2 for p, q in zip(*ends)], [])
+            for edge, (a, b) in enumerate(EDGES):
+                node = nodes[n][4 + edge]
+                places[node] = tuple((p + q) / 2 for p, q in zip(places[nodes[n][a]], places[nodes[n][b]]))
+                moved.add(node)
     return len(squeezed)
+
+
+def onto_surfaces(cad, places):
+    """Puts the edge nodes of faces of a mesh without geometry on the surfaces of the CAD model; which."""
+    repaired, of_surface = gmsh.model.getCurrent(), {}
+    for _, surface in gmsh.model.getEntities(2):
+        _, nodes = gmsh.model.mesh.getElementsByType(9, surface)
+        faces = [[int(n) for n in nodes[n:n + 6]] for n in range(0, len(nodes), 6)]
+        of_surface[surface] = {face[3 + k]: (face[k], face[(k + 1) % 3]) for face in faces for k in range(3)}
+    moved = set()
+    gmsh.model.setCurrent(cad)
+    # A node between two surfaces comes to both after few turns.
+    for surface, edges in [*of_surface.items()] * 3:
+        try:
+            flat = [c for node in edges for c in places[node]]
+            found, _ = gmsh.model.getClosestPoint(2, surface, flat)
+        except Exception:
+            continue
+        for k, (node, (a, b)) in enumerate(edges.items()):
+            place = tuple(found[3 * k:3 * k + 3])
+            if 1e-9 < math.dist(place, places[node]) < 0.2 * math.dist(places[a], places[b]):
+                places[node] = place
+                moved.add(node)
+    gmsh.model.setCurrent(repaired)
+    return moved
+
+
+def surface_mesh():
+    """Places of the corners of the surface mesh, the dimension of what each lies on, and the triangles with their surface."""
+    places, on, triangles = {}, {}, []
+    for dimension, entity in gmsh.model.getEntities():
+        tags, values, _ = gmsh.model.mesh.getNodes(dimension, entity)
+        for k, tag in enumerate(tags):
+            places[int(tag)], on[int(tag)] = tuple(values[3 * k:3 * k + 3]), dimension
+    for _, surface in gmsh.model.getEntities(2):
+        _, nodes = gmsh.model.mesh.getElementsByType(9, surface)
+        triangles += [(*(int(n) for n in nodes[n:n + 3]), surface) for n in range(0, len(nodes), 6)]
+    return places, on, triangles
+
+
+def without_slivers(places, on, triangles, least):
+    """The same without edges and heights below `least` mm: the ends of a short edge become one node; a flat triangle gives way to
+    its neighbours beyond its longest edge, which is split at its tip."""
+    live, around = dict(enumerate(triangles)), defaultdict(set)
+    fresh = iter(range(len(triangles), 100 * len(triangles) + 100))
+    for number, triangle in live.items():
+        for node in triangle[:3]:
+            around[node].add(number)
+
+    def add(triangle):
+        number = next(fresh)
+        live[number] = triangle
+        for node in triangle[:3]:
+            around[node].add(number)
+        return number
+
+    def remove(number):
+        for node in live[number][:3]:
+            around[node].discard(number)
+        return live.pop(number)
+
+    normal = lambda a, b, c: [(b[k - 2] - a[k - 2]) * (c[k - 1] - a[k - 1]) - (b[k - 1] - a[k - 1]) * (c[k - 2] - a[k - 2])
+                              for k in range(3)]
+    corners = lambda triangle: [places[n] for n in triangle[:3]]
+    neighbours = lambda node: {n for t in around[node] for n in live[t][:3]} - {node}
+
+    def height(triangle):
+        a, b, c = corners(triangle)
+        return math.hypot(*normal(a, b, c)) / max(math.dist(a, b), math.dist(b, c), math.dist(c, a), 1e-300)
+
+    def merged(kept, gone):
+        """The triangles after `gone` became `kept`, if that keeps the surface whole and turns none over."""
+        shared = around[kept] & around[gone]
+        tips = {n for t in shared for n in live[t][:3]} - {kept, gone}
+        if on[kept] > on[gone] or neighbours(kept) & neighbours(gone) != tips:
+            return None
+        changed = [live[t] for t in around[gone] - shared]
+        after = [tuple(kept if n == gone else n for n in t[:3]) + t[3:] for t in changed]
+        turns = lambda old, new: sum(p * q for p, q in zip(normal(*corners(old)), normal(*corners(new)))) <= 0
+        if any(height(old) > least and turns(old, new) for old, new in zip(changed, after)):
+            return None
+        for number in list(around[gone]):
+            remove(number)
+        return [add(triangle) for triangle in after]
+
+    def split(number):
+        """The triangles after a flat one gave way to those beyond its longest edge."""
+        triangle = live[number]
+        sides = [(triangle[k], triangle[(k + 1) % 3], triangle[(k + 2) % 3]) for k in range(3)]
+        a, b, tip = max(sides, key=lambda side: math.dist(places[side[0]], places[side[1]]))
+        others = (around[a] & around[b]) - {number}
+        after = []
+        for other in others:
+            beyond = next(n for n in live[other][:3] if n not in (a, b))
+            if beyond in neighbours(tip):
+                return None
+            after += [tuple(tip if n == end else n for n in live[other][:3]) + live[other][3:] for end in (a, b)]
+        if not after or min(map(height, after)) <= height(triangle):
+            return None
+        for gone in [number, *others]:
+            remove(gone)
+        return [add(triangle) for triangle in after]
+
+    queue = list(live)
+    for _ in range(10):
+        changed = False
+        while queue:
+            number = queue.pop()
+            if number not in live or height(live[number]) >= least:
+                continue
+            a, b, c, _ = live[number]
+            a, b = min([(a, b), (b, c), (c, a)], key=lambda edge: math.dist(places[edge[0]], places[edge[1]]))
+            made = None
+            if math.dist(places[a], places[b]) < least:
+                made = merged(a, b)
+                made = merged(b, a) if made is None else made
+            if made is None:
+                made = split(number)
+            if made is not None:
+                changed = True
+                queue += made
+        if not changed:
+            break
+        queue = list(live)
+    return places, on, list(live.values())
+
+
+def use_surfaces(arguments, low, name, boundary, places, _, triangles):
+    """A model without geometry that is bounded by these triangles, with the groups and sizes of the one of CAD."""
+    by_surface = defaultdict(list)
+    for *corners, surface in triangles:
+        by_surface[surface] += corners
+    gmsh.model.add(name)
+    for surface in by_surface:
+        gmsh.model.addDiscreteEntity(2, surface)
+    used = sorted({n for nodes in by_surface.values() for n in nodes})
+    gmsh.model.mesh.addNodes(2, next(iter(by_surface)), used, [c for n in used for c in places[n]])
+    for surface, nodes in by_surface.items():
+        gmsh.model.mesh.addElementsByType(surface, 2, [], nodes)
+    gmsh.model.mesh.reclassifyNodes()
+    for tag, faces in boundary.items():
+        loop = gmsh.model.geo.addSurfaceLoop([face for face in faces if face in by_surface])
+        gmsh.model.geo.addVolume([loop], tag)
+    gmsh.model.geo.synchronize()
+    name_groups(arguments)
+    set_sizes(arguments, low)
 
 
 def place(arguments):

@@ -99,6 +99,18 @@
 // A box about the origin; `size_mm` are half its extents, `edge_radius_mm` rounds its edges.
 #define FINGERPAD_SHAPE_BOX 6
 
+// The finger does not touch: the value of `known` in a margin.
+#define FINGERPAD_KNOWN_NO_CONTACT 0
+
+// Nothing but the prior is known of the surface.
+#define FINGERPAD_KNOWN_PRIOR 1
+
+// Some surfaces are excluded.
+#define FINGERPAD_KNOWN_PART 2
+
+// The strength of the surface is known within its band.
+#define FINGERPAD_KNOWN_STRENGTH 3
+
 // Patches of the usual pad.
 #define FEW 37
 
@@ -427,6 +439,92 @@ typedef struct {
   uint32_t reserved[8];
 } fingerpad_frame_response;
 
+// Prior of surface and finger, errors of model and sensors, and what is asked. `fingerpad_margin_settings_default` gives the usual ones.
+typedef struct {
+  // Standard deviation of the logarithm of the strength factor, 0.05 to 1.
+  float strength;
+  // Standard deviation of the finger's tangential stiffness, share, 0.01 to 0.3.
+  float stiffness;
+  // Standard deviation of the model's friction, share of the limit, 0.001 to 0.5.
+  float model_error;
+  // Mean of that error at 0, 1/4, 1/2, 3/4 of the limit and all of it, share of the model's friction, -0.2 to 0.2.
+  float curve[5];
+  // Slide over which that error is correlated, over the slip length, 0.01 to 10.
+  float correlation;
+  // Error of friction that is gained while the normal force changes by a factor of e, share, 0 to 1.
+  float press_error;
+  // Time constant of the force sensor, s, 0 to 1.
+  float force_lag_s;
+  // Play of the measured slide, mm, 0 to 10.
+  float play_mm;
+  // Drift of the measured slide, share of the slide, 0 to 0.5.
+  float drift;
+  // Standard deviation of the zero of friction at first touch, N, 0 to 10.
+  float tare_n;
+  // Its drift in a second, N, 0 to 10.
+  float tare_drift_n;
+  // Probability of the band of strength and margin, 0.5 to 0.999.
+  float confidence;
+  // Time ahead for which the chance of full slip is given, s, 0 to 10.
+  float ahead_s;
+} fingerpad_margin_settings;
+
+// Finds the margin to slip on an unknown surface. Set it up with `fingerpad_margin_init`. The model's file must stay where it is.
+typedef struct {
+  uint64_t opaque[440];
+} fingerpad_margin_observer;
+
+// Forces and motion as measured at the end of a step, with the covariance of their noise.
+typedef struct {
+  // Normal force of the surface on the finger, N.
+  float normal_force_n;
+  // Friction along x, N.
+  float friction_x_n;
+  // Friction along y, N.
+  float friction_y_n;
+  // Slide of the surface along x since the last reading, mm.
+  float slide_x_mm;
+  // Slide along y, mm.
+  float slide_y_mm;
+  // Variance of the normal force, N^2.
+  float normal_variance_n2;
+  // Covariance of friction, N^2: xx, yy, xy.
+  float friction_covariance_n2[3];
+  // Covariance of the measured position (not of the slide), mm^2: xx, yy, xy.
+  float slide_covariance_mm2[3];
+  // Time since the last reading, s.
+  float dt_s;
+} fingerpad_margin_reading;
+
+// What is known of the surface after a reading.
+typedef struct {
+  // Strength factor of the surface.
+  float strength_factor;
+  // Lower end of its band.
+  float strength_low;
+  // Upper end of its band.
+  float strength_high;
+  // Slip margin of the present friction, 0 to 1; 0 without contact.
+  float slip_margin;
+  // Lower end of its band: 0 announces slip.
+  float margin_low;
+  // Upper end of its band.
+  float margin_high;
+  // Chance of full slip within the time ahead, at the present rates of the forces.
+  float slip_chance;
+  // Tangential stiffness of the finger over that of the model.
+  float stiffness_factor;
+  // 0 where nothing but the prior is known, 1 where all is.
+  float information;
+  // FINGERPAD_KNOWN_NO_CONTACT and so on.
+  uint32_t known;
+  // 1 if this reading made clear that the surface has changed: the strength starts again from its prior. Else 0.
+  uint32_t surface_changed;
+  // FINGERPAD_STATUS_BAD_INPUT for an unsound number or covariance, FINGERPAD_STATUS_BAD_TIME_STEP for a clock that stands still,
+  // FINGERPAD_STATUS_DEPTH_ABOVE_RANGE for a normal force beyond the model; the bounds have then widened.
+  uint32_t status;
+} fingerpad_margin;
+
 // What a model file says of itself.
 typedef struct {
   // Largest depth for which the model was fitted, mm, for the finger in use.
@@ -736,7 +834,7 @@ size_t fingerpad_frame_bytes(const fingerpad_frame_contact *contact);
 //
 // A pose that is not finite, or a quaternion that is not of unit length within 0.05 %, is flagged as FINGERPAD_STATUS_BAD_INPUT and not
 // taken. A contact begins near the surface: no deeper than the finger came closer in the step, and 1 mm; else
-// FINGERPAD_STATUS_BEGAN_INSIDE. The first step takes the pose as it is.
+// FINGERPAD_STATUS_BEGAN_INSIDE, until slip has raised it to the surface. The first step takes the pose as it is.
 //
 // Returns FINGERPAD_OK, or FINGERPAD_NOT_SET_UP, FINGERPAD_NULL or FINGERPAD_ALIGNMENT; then nothing changes.
 int32_t fingerpad_frame_step_pad(const fingerpad_pad *pad,
@@ -751,6 +849,23 @@ int32_t fingerpad_frame_step_bed(const fingerpad_model *model,
                                  const fingerpad_pose *body,
                                  float dt_s,
                                  fingerpad_frame_response *response);
+
+// Surfaces within a factor of 1.8, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band of
+// 95 %, 50 ms ahead.
+int32_t fingerpad_margin_settings_default(fingerpad_margin_settings *settings);
+
+// An observer for a finger in the air. Returns FINGERPAD_OK, or FINGERPAD_RANGE for a setting out of its range, FINGERPAD_NULL,
+// FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the model; then nothing changes.
+int32_t fingerpad_margin_init(const fingerpad_model *model,
+                              fingerpad_margin_settings settings,
+                              fingerpad_margin_observer *observer);
+
+// Takes a reading and writes what is known after it. Any numbers may come in; see `status`.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP; then nothing changes.
+int32_t fingerpad_margin_step(fingerpad_margin_observer *observer,
+                              const fingerpad_margin_reading *reading,
+                              fingerpad_margin *margin);
 
 // Checks a model file and prepares a model that reads it in place: `length` bytes at an address divisible by 4, which live and
 // stay unchanged as long as the model. Takes some 20 instructions a byte.

@@ -98,6 +98,57 @@ def model_from_path(path):
     return spec_from_path(path).compile()
 
 
+def add_bones(spec, margin=0.0, **geom):
+    """Adds the rigid part of each fingertip of a spec, bone and nail: a capsule that MuJoCo's own contact handles.
+
+    Radius 4 mm, from 4 to 25 mm behind the site along the finger and 9.7 mm above it, so that a flat face meets it 6.4 mm deep in the neutral
+    pose, beyond the range of the shipped pad; times the instance's ``size``. It touches the geoms of the instance, whatever their
+    ``contype``, and the other bones, but has no mass. ``margin``: of these contacts, m. ``geom``: further arguments of ``add_geom``. Call it
+    when all parts are attached. Returns the names of the geoms: those of the sites with ``_bone`` appended.
+    """
+    bones = {}
+    for plugin in spec.plugins:
+        if plugin.plugin_name != PLUGIN or not plugin.config.get("site"):
+            continue
+        config, who = dict(plugin.config), plugin.name
+        named = lambda objects, name: _named(objects, name, who)
+        site, size = named(spec.sites, config["site"]), float(config.get("size") or 1)
+        bone = site.name + "_bone"
+        if bone not in bones:
+            made = site.parent.add_geom(
+                name=bone, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.004 * size, 0, 0], mass=0, contype=0, conaffinity=0,
+                fromto=[-0.004 * size, 0, 0.0097 * size, -0.025 * size, 0, 0.0097 * size], **geom,
+            )
+            made.set_frame(_frame_at(site))
+            for other in bones:
+                if bones[other].parent != site.parent:
+                    spec.add_pair(geomname1=bone, geomname2=other, margin=margin)
+            bones[bone] = site
+        for name in config.get("geoms", "").split():
+            spec.add_pair(geomname1=bone, geomname2=named(spec.geoms, name).name, margin=margin)
+    return list(bones)
+
+
+def _named(objects, name, instance):
+    """The object of a name, or of the name with a prefix and a suffix of the instance's, as the plugin finds it."""
+    size = len(instance)
+    names = {name} | {instance[:i] + name + instance[j:] for i in range(size + 1) for j in range(i, size + 1)}
+    found = [o for o in objects if o.name in names]
+    if len(found) != 1:
+        raise ValueError(f"instance '{instance}': {len(found)} objects go by the name '{name}'")
+    return found[0]
+
+
+def _frame_at(site):
+    """A frame of the site's body that lies at the site, however its orientation was given."""
+    frame = site.parent.add_frame(pos=site.pos, quat=site.quat)
+    for name in ("axisangle", "xyaxes", "zaxis", "euler", "type"):
+        setattr(frame.alt, name, getattr(site.alt, name))
+    if site.frame:
+        frame.set_frame(site.frame)
+    return frame
+
+
 def stable_step(model, data, library=LIBRARY):
     """The largest time step, s, at which the contacts of the last forward pass are stable; ``inf`` without contact.
 

@@ -144,6 +144,8 @@ pub enum Field {
     Lift,
     /// A value of a table of effects, by its number among the table's nodes.
     TableValue,
+    /// A value of [`crate::margin::Settings`], by its place there.
+    Observer,
 }
 
 impl core::fmt::Display for Error {

@@ -20,6 +20,7 @@ pub mod frames;
 mod gradient;
 mod grip;
 pub mod haptics;
+pub mod margin;
 mod math;
 mod model;
 mod model_file;

@@ -16,7 +16,7 @@ use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_reduce::pad::{PadModel, replay as replay_pad};
 use fingerpad_reduce::{Kind, Run, Sample, replay as replay_springs};
 
-pub use page::{charts, with_tables};
+pub use page::{charts, put_tables, with_tables};
 
 /// Why a table cannot be made or read.
 pub type Failure = Box<dyn std::error::Error>;

@@ -5,6 +5,7 @@
 //!   References are closed forms or quadratures of them ([`mod@reference`], [`half_space`]), never an earlier output of
 //!   this code.
 //! * [`calculix`]: the same problems in CalculiX (binary `calculix`).
+//! * [`margin`]: the observer of the margin to slip on surfaces whose friction it does not know.
 //! * [`problems`]: the bodies and runs that cases share.
 //! * [`synthetic_truth`]: measured sets with a hidden effect, from a simulator of its own, and their score.
 //! * Benches: the binaries `bench_*` and `benches/core.rs`; they time the very problems that the cases check.
@@ -19,6 +20,7 @@ pub mod differences;
 pub mod equilibrium;
 pub mod fast_against_finite_elements;
 pub mod half_space;
+pub mod margin;
 pub mod memory;
 pub mod pads;
 pub mod problems;

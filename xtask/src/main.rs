@@ -82,8 +82,8 @@ enum Chore {
         #[arg(long)]
         scores: bool,
     },
-    /// The reduced models along held-out finite-element runs: the table in `data/reference`, the tables and the picture of
-    /// `docs/fast-against-finite-elements.md`
+    /// The reduced models along held-out finite-element runs: the table in `data/reference`, the tables and the pictures of
+    /// `docs/fast-against-finite-elements.md` and `docs/unknown-friction.md`
     Reference,
     /// All packages of a release in one folder: crates, Python wheels for x86_64 and aarch64, the npm package, the C library.
     /// Uploads nothing

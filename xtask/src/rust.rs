@@ -23,7 +23,8 @@ pub fn cargo(line: &str) -> Result<Command> {
 }
 
 /// Ignored tests that take more than minutes.
-const WEEKLY: [&str; 4] = [
+const WEEKLY: [&str; 5] = [
+    "every_tip_has_models_or_a_reason",
     "a_long_search_for_closed_paths_finds_none_that_yields_work",
     "planted_effects_are_named_or_among_the_contenders",
     "no_effect_is_ever_named_wrongly",

@@ -74,7 +74,7 @@ const OTHER_PROCESSORS: [(&str, &str, Option<&str>); 3] = [
     ("Cortex-M0+, without FPU and division", "thumbv6m-none-eabi", None),
 ];
 /// Firmware programs that must end with status 0.
-const PROGRAMS: [&str; 6] = ["control", "hold", "calibrate", "pivot", "hand", "tasks"];
+const PROGRAMS: [&str; 7] = ["control", "hold", "calibrate", "pivot", "hand", "unknown", "tasks"];
 /// Other targets without operating system for which the core-only binary must link without panics.
 const OTHER_TARGETS: [&str; 3] = ["thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv8m.main-none-eabihf"];
 
@@ -362,7 +362,8 @@ impl Tools {
 
 /// Most instructions of a call, by a part of its row's name. The step's bound is the number in docs/numbers.md; the others leave
 /// 5 % to the compiler.
-const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
+const INSTRUCTION_BOUNDS: [(&str, u32); 12] = [
+    ("margin observer", 40_000),
     ("step M=4 default", 777),
     ("step_forces M=4", 497),
     ("spin step_forces M=4", 1088),
@@ -379,7 +380,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 11] = [
 /// beyond 650 000.
 const PAD_BOUND: u32 = 250_000;
 /// Most instructions of what frames add to a step.
-const FRAMES_BOUND: u32 = 1500;
+const FRAMES_BOUND: u32 = 1600;
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 3600;
 const STACK_BOUND: u64 = 256;

@@ -43,7 +43,8 @@ pub fn experiments() -> Result<()> {
 }
 
 pub fn reference() -> Result<()> {
-    run(&mut program("fast_against_finite_elements"))
+    run(&mut program("fast_against_finite_elements"))?;
+    run(&mut program("margin"))
 }
 
 pub fn fuzz() -> Result<()> {

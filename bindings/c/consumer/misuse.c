@@ -182,6 +182,65 @@ static void numbers(fingerpad_model *model)
     expect(fingerpad_watch_init(&watch, 0, settings), FINGERPAD_RANGE, "a threshold of NaN");
 }
 
+static uint32_t noise_seed;
+
+static float noise(void)
+{
+    noise_seed = noise_seed * 1664525u + 1013904223u;
+    return ((float)(noise_seed >> 8) / 16777216.0f - 0.5f) / 64.0f;
+}
+
+static uint32_t turned(uint32_t digest, uint32_t word)
+{
+    return ((digest << 5) | (digest >> 27)) ^ word;
+}
+
+/* The observer of the margin: what it refuses, and the bits of the core along the readings of its test (core/tests/all/margin.rs). */
+static void observers(const fingerpad_model *model)
+{
+    static fingerpad_margin_observer observer;
+    fingerpad_margin_settings settings;
+    fingerpad_margin_reading reading;
+    fingerpad_margin m;
+    uint32_t digest = 0;
+    int k;
+    (void)memset(&reading, 0, sizeof reading);
+    expect(fingerpad_margin_step(&observer, &reading, &m), FINGERPAD_NOT_SET_UP, "an observer of zeros");
+    must(fingerpad_margin_settings_default(&settings), "settings");
+    settings.confidence = NAN;
+    expect(fingerpad_margin_init(model, settings, &observer), FINGERPAD_RANGE, "a confidence of NaN");
+    must(fingerpad_margin_settings_default(&settings), "settings");
+    expect(fingerpad_margin_init(NULL, settings, &observer), FINGERPAD_NULL, "no model");
+    must(fingerpad_margin_init(model, settings, &observer), "observer");
+    expect(fingerpad_margin_step(&observer, NULL, &m), FINGERPAD_NULL, "no reading");
+    noise_seed = 7;
+    for (k = 0; k < 600; k++) {
+        const float press = (float)(k < 256 ? k : 256), pull = (float)(k > 300 ? k - 300 : 0);
+        const float variance = 1.0f / 32768.0f;
+        reading.normal_force_n = press / 512.0f + noise();
+        reading.friction_x_n = pull / 1024.0f + noise();
+        reading.friction_y_n = noise();
+        reading.slide_x_mm = (k > 300 ? 1.0f / 128.0f : 0.0f) + noise();
+        reading.slide_y_mm = noise();
+        reading.dt_s = k % 97 == 96 ? 0.0f : 1.0f / 1024.0f;
+        reading.normal_variance_n2 = variance;
+        reading.friction_covariance_n2[0] = reading.friction_covariance_n2[1] = variance;
+        reading.slide_covariance_mm2[0] = reading.slide_covariance_mm2[1] = variance;
+        must(fingerpad_margin_step(&observer, &reading, &m), "reading");
+        digest = turned(digest, bits(m.strength_factor));
+        digest = turned(digest, bits(m.strength_low));
+        digest = turned(digest, bits(m.strength_high));
+        digest = turned(digest, bits(m.slip_margin));
+        digest = turned(digest, bits(m.margin_low));
+        digest = turned(digest, bits(m.margin_high));
+        digest = turned(digest, bits(m.slip_chance));
+        digest = turned(digest, bits(m.stiffness_factor));
+        digest = turned(digest, bits(m.information));
+        digest = turned(turned(turned(digest, m.known), m.surface_changed), m.status);
+    }
+    expect_true(digest == 0x2c0bf289u, "an observer has the bits of the core");
+}
+
 /* A finger pressed to 0.8 mm and slid by 2 mm in small steps. */
 static void slide(const fingerpad_model *model, fingerpad_surroundings around, fingerpad_contact *contact,
                   fingerpad_response *r)
@@ -534,6 +593,7 @@ int main(int argc, char **argv)
     misaligned(&model);
     buffers(&model);
     batches(&model);
+    observers(&model);
     numbers(&model);
     read_pad(&pad, PAD_NAME, argv[2]);
     read_pad(&halved, HALVED_NAME, argv[2]);

@@ -357,7 +357,7 @@ pub unsafe extern "C" fn fingerpad_frame_bytes(contact: *const fingerpad_frame_c
 ///
 /// A pose that is not finite, or a quaternion that is not of unit length within 0.05 %, is flagged as FINGERPAD_STATUS_BAD_INPUT and not
 /// taken. A contact begins near the surface: no deeper than the finger came closer in the step, and 1 mm; else
-/// FINGERPAD_STATUS_BEGAN_INSIDE. The first step takes the pose as it is.
+/// FINGERPAD_STATUS_BEGAN_INSIDE, until slip has raised it to the surface. The first step takes the pose as it is.
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_NOT_SET_UP, FINGERPAD_NULL or FINGERPAD_ALIGNMENT; then nothing changes.
 #[unsafe(no_mangle)]

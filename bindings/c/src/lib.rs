@@ -17,6 +17,7 @@ mod forces;
 // Poses are in double precision, which a microcontroller has in software only.
 #[cfg(not(target_os = "none"))]
 mod frames;
+mod margin;
 mod model;
 mod pad;
 mod pad_state;

@@ -288,14 +288,38 @@ def disturbed(contact, timestep, seed=7, **scene):
     return dict(gone_mm=gone, drift_um_s=1e6 * np.abs(data.joint("object").qpos[:3] - before).max() / 10)
 
 
+def held_by_five(contact="fingerpad", held="box", **attributes):
+    """A model and its data with an object in five fingers for a second: a thumb with 1.2 N, the others with 0.3 N."""
+    model = mujoco.MjModel.from_xml_string(scenes.five(contact, held, **attributes))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = [1.2, 0.3, 0.3, 0.3, 0.3] if contact != "none" else 0
+    model.opt.gravity[:] *= contact != "none"
+    seconds(model, data, 1.0)
+    return model, data
+
+
 def cost(rounds=41, steps=1000):
-    """Microseconds of CPU a step of the whole simulation takes, the median over rounds that take turns."""
-    cases = {
+    """Microseconds of CPU a step of the whole simulation takes with two contacts, the median over rounds that take turns."""
+    return cost_of(rounds, steps, {
         "no contact": gripped("none", grip_n=0.0),
         "fingerpad": gripped(),
         "fingerpad, pad": gripped(model_file=scenes.PAD_FILE),
         **{f"MuJoCo, {name}": gripped(name) for name in scenes.MUJOCO},
-    }
+    })
+
+
+def cost_of_five(held, rounds=21, steps=500):
+    """The same with five contacts on a box or a cylinder; beds touch flat faces alone."""
+    beds = {"fingerpad": held_by_five(held=held)} if held == "box" else {}
+    return cost_of(rounds, steps, {
+        "no contact": held_by_five("none", held),
+        **beds,
+        "fingerpad, pad": held_by_five(held=held, model_file=scenes.PAD_FILE),
+        **{f"MuJoCo, {name}": held_by_five(name, held) for name in scenes.MUJOCO},
+    })
+
+
+def cost_of(rounds, steps, cases):
     times = {name: [] for name in cases}
     for _ in range(rounds):
         for name, (model, data) in cases.items():
@@ -423,10 +447,10 @@ def main():
     same, numbers = restored()
     print(f"\nSaved and restored while shaken: {'the same bits' if same else 'OTHER BITS'} ({numbers} numbers of plugin state)")
 
-    print("\nCost of a step\n\n| contact | us of CPU | over MuJoCo, best |\n|---|---|---|")
-    times = cost()
-    for name, us in times.items():
-        print(f"| {name} | {us:.2f} | {us / times['MuJoCo, best']:.2f} |")
+    for what, times in (("two contacts", cost()), *((f"five contacts on a {held}", cost_of_five(held)) for held in ("box", "cylinder"))):
+        print(f"\nCost of a step, {what}\n\n| contact | us of CPU | over MuJoCo, noslip | over MuJoCo, best |\n|---|---|---|---|")
+        for name, us in times.items():
+            print(f"| {name} | {us:.2f} | {us / times['MuJoCo, noslip']:.2f} | {us / times['MuJoCo, best']:.2f} |")
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ import pathlib
 import sys
 
 import meshes
+import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
@@ -33,10 +34,12 @@ def extension(*instances):
 
 
 #: What stands in <option> for each of MuJoCo's own ways to hold the object. `stock` is MuJoCo as it comes; `best` what its
-#: manual recommends against slow slip: elliptic cones, impratio, the solver without slip.
+#: manual recommends against slow slip: elliptic cones, impratio, the solver without slip, with all of its iterations; `noslip` the same with the
+#: tolerance that MuJoCo has by default.
 MUJOCO = {
     "stock": "",
     "impratio": 'cone="elliptic" impratio="100"',
+    "noslip": 'cone="elliptic" impratio="100" noslip_iterations="20"',
     "best": 'cone="elliptic" impratio="100" noslip_iterations="20" noslip_tolerance="0"',
 }
 
@@ -127,6 +130,32 @@ def grip(
 </mujoco>"""
 
 
+def five(contact="fingerpad", held="box", timestep=0.002, **attributes):
+    """A box or a cylinder of 20 x 100 mm and 100 g that a thumb and four fingers hold from two sides: actuators `thumb`, N, and `finger0` to
+    `finger3`. ``contact`` as in :func:`grip`."""
+    own, option = contact == "fingerpad", MUJOCO.get(contact)
+    names = ("thumb", "finger0", "finger1", "finger2", "finger3")
+    collides = "" if option is None else 'condim="4" friction="1.5 0.004 0.0001"'
+    bodies = ""
+    for k, name in enumerate(names):
+        sign, y = (1, 0.0) if k == 0 else (-1, 0.02 * (k - 2.5))
+        ball = "" if option is None else f'<geom type="sphere" size="0.008" pos="{sign * 0.018} {y} 0" mass="0" {collides}/>'
+        bodies += (
+            f'<body name="{name}"><joint name="{name}" type="slide" axis="{-sign} 0 0" damping="2"/>'
+            f'<geom size="0.005" pos="{sign * 0.04} {y} 0" mass="0.02" contype="0" conaffinity="0"/>{ball}'
+            f'<site name="{name}" pos="{sign * 0.01} {y} 0" xyaxes="{-sign * 0.5} 0 0.8660254037844386 0 {-sign} 0"/></body>'
+        )
+    geom = 'type="box" size="0.01 0.05 0.02"' if held == "box" else 'type="cylinder" size="0.01 0.05" euler="90 0 0"'
+    plugin = extension(*(instance(name, name, "object", **attributes) for name in names)) if own else ""
+    return f"""<mujoco>
+  <option timestep="{timestep}" {option or ""}>{'<flag contact="disable"/>' if option is None else ""}</option>
+  {plugin}
+  <worldbody>{bodies}<body name="object"><freejoint/><geom name="object" {geom} mass="0.1" {collides}/></body></worldbody>
+  <actuator>{"".join(f'<motor name="{name}" joint="{name}"/>' for name in names)}</actuator>
+  <sensor>{"".join(map(sensor, names)) if own else ""}</sensor>
+</mujoco>"""
+
+
 def rolling_grip(held="pen", timestep=0.001, **attributes):
     """As :func:`grip` with pads, with actuators `left_up` and `right_up` that move each finger along its axis, m."""
     scene = grip(held=held, timestep=timestep, **{"model_file": PAD_FILE, **attributes})
@@ -166,6 +195,77 @@ def fan(timestep=0.001, friction=0.2, **attributes):
     right = right.replace('key="geoms" value="object"', 'key="geoms" value="other"', 1)
     scene = f'{before}<instance name="right">{right}'
     return scene.replace("<actuator>", '<actuator><position name="pull" joint="other" kp="500" dampratio="1"/>')
+
+
+def hand_of_pads(touched, half, above, gap=0.004, **attributes):
+    """Plugin, body and equality of a hand with two pads that close along x about the middle, on a slide `lift`."""
+    attributes = {"model_file": PAD_FILE, **attributes}
+    plugin = extension(*(instance(side, side, touched, **attributes) for side in ("left", "right")))
+    fingers = "".join(
+        f'''<body name="{side}_finger" pos="{sign * (half + gap)} 0 0"><joint name="{side}" type="slide" axis="{-sign} 0 0" damping="3"/>
+        <geom type="capsule" size="0.004" fromto="{sign * 0.012} 0 0 {sign * 0.012} 0 0.06" mass="0.03" contype="0" conaffinity="0"/>
+        <site name="{side}" xyaxes="{-sign * 0.5} 0 -0.8660254037844386 0 {sign} 0"/></body>'''
+        for side, sign in (("left", -1), ("right", 1))
+    )
+    body = f'''<body name="hand" pos="0 0 {above}"><joint name="lift" type="slide" axis="0 0 1" damping="20" {{lift}}/>
+      <geom size="0.02" pos="0 0 0.12" mass="0.3" contype="0" conaffinity="0"/>{fingers}</body>'''
+    closes = '<equality><joint joint1="left" joint2="right" polycoef="0 1 0 0 0"/></equality>'
+    return plugin, body, closes
+
+
+def lifted(mass=0.005, timestep=0.004, integrator="Euler", cone="pyramidal", jacobian="auto", **attributes):
+    """A block of 40 x 40 x 60 mm on a table, touched by MuJoCo's own contact, between two pads. Actuators `hand`, m, `left` and `right`, N."""
+    plugin, hand, closes = hand_of_pads("object", HALF_WIDTH, 0.032, **attributes)
+    return f"""<mujoco>
+  <option timestep="{timestep}" integrator="{integrator}" cone="{cone}" jacobian="{jacobian}"/>
+  {plugin}
+  <worldbody>
+    <geom type="plane" size="1 1 0.1" friction="0.5 0.005 0.0001"/>
+    {hand.format(lift="")}
+    <body name="object" pos="0 0 0.0305">
+      <freejoint/>
+      <geom name="object" type="box" size="{HALF_WIDTH} {HALF_WIDTH} 0.03" mass="{mass}" friction="0.5 0.004 0.0001" condim="4"/>
+    </body>
+  </worldbody>
+  {closes}
+  <actuator>
+    <position name="hand" joint="lift" kp="500" dampratio="1"/><motor name="left" joint="left"/><motor name="right" joint="right"/>
+  </actuator>
+  <sensor>{sensor("left")}{sensor("right")}</sensor>
+</mujoco>"""
+
+
+def crowded(random, timestep=0.004, integrator="Euler", cone="pyramidal", **attributes):
+    """A block of random size and mass on a table, beside a wall and a second block, between two pads of a hand that hangs on a spring and
+    begins off its rest. All but the pads touch by MuJoCo's own contact. Actuators `left` and `right`, N."""
+    half, deep, high = random.uniform(0.008, 0.025), random.uniform(0.01, 0.025), random.uniform(0.01, 0.04)
+    other = random.uniform(0.006, 0.015, 3)
+    masses = 0.001 * np.exp(random.uniform(0, np.log(45), 2))
+    plugin, hand, closes = hand_of_pads("object", half, high + random.uniform(-0.3, 0.5) * high, **attributes)
+    lift = f'stiffness="{random.uniform(50, 500)}" springref="{random.uniform(-0.004, 0.03)}"'
+    # Beside it, on it, or on the table behind it.
+    at = ((0, deep + other[1], other[2]), (0, 0, 2 * high + other[2] + 0.0002), (0.3 * half, deep + other[1], high))[random.integers(3)]
+    surface = f'friction="{random.uniform(0.2, 1)} 0.004 0.0001" condim="{random.choice([3, 4])}"'
+    return f"""<mujoco>
+  <option timestep="{timestep}" integrator="{integrator}" cone="{cone}"/>
+  {plugin}
+  <worldbody>
+    <geom type="plane" size="1 1 0.1" {surface}/>
+    <geom type="box" size="0.2 0.01 0.2" pos="0 {-deep - 0.01 - random.uniform(0, 0.002)} 0.2" {surface}/>
+    {hand.format(lift=lift)}
+    <body name="object" pos="0 0 {high + 0.0002}">
+      <freejoint/>
+      <geom name="object" type="box" size="{half} {deep} {high}" mass="{masses[0]}" {surface}/>
+    </body>
+    <body name="other" pos="{at[0]} {at[1] + 0.0002} {at[2] + 0.0002}">
+      <freejoint/>
+      <geom type="box" size="{other[0]} {other[1]} {other[2]}" mass="{masses[1]}" {surface}/>
+    </body>
+  </worldbody>
+  {closes}
+  <actuator><motor name="left" joint="left"/><motor name="right" joint="right"/></actuator>
+  <sensor>{sensor("left")}{sensor("right")}</sensor>
+</mujoco>"""
 
 
 def one_slide(timestep=0.001, integrator="RK4", depth_mm=1.5, mass=MASS_KG, **attributes):

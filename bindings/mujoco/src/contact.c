@@ -1,5 +1,7 @@
 #include "contact.h"
 
+#include "clearance.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -151,6 +153,43 @@ void report_stability(outcome* now, const settings* s, const known_stability* st
   if (dt > stable->step_s && !now->is_semi_implicit) now->status |= STATUS_STEP_TOO_LONG;
 }
 
+/* Flag of a finger that reaches the geom, or may in the next step, so fast that a contact would begin too deep or not at all. */
+static int too_fast(mjtNum placed, mjtNum before_mm, mjtNum clearance) {
+  mjtNum closer = before_mm - clearance;
+  return placed && closer > TOO_FAST_MM && clearance < closer ? STATUS_STEP_TOO_LONG : 0;
+}
+
+int contact_is_far(outcome* now, const mjtNum* numbers, const settings* s, int slot, const placement* here) {
+  const memory* past = (const memory*)numbers;
+  if (past->touches != 0 || past->placed != 1 || !isfinite(past->clearance_mm) || !here->finite) return 0;
+  mjtNum clearance = clearance_mm(s, slot, here);
+  if (!(clearance > FAR_MM)) return 0;
+  *now = (outcome){.stable_step_s = NO_LIMIT_S, .status = too_fast(past->placed, past->clearance_mm, clearance)};
+  now->felt.depth_mm = (float)-clearance;
+  return 1;
+}
+
+void contact_stay_far(const outcome* now, mjtNum* numbers) {
+  memory* past = (memory*)numbers;
+  past->clearance_mm = -now->felt.depth_mm;
+  past->status = now->status;
+}
+
+/* What goes before a step of the library: whether the finger has come too fast or has its back to the geom. A finger that was far begins
+ * as on a face that it never met. */
+static void approach(outcome* now, memory* past, const settings* s, int slot, const placement* here) {
+  const fingerpad_pose same = {.quaternion = {1, 0, 0, 0}};
+  if (!here->finite) return;
+  if (past->clearance_mm > FAR_MM && !s->mesh[slot].count) fingerpad_frame_reshape(&past->framed, s->shape[slot], &same);
+  mjtNum clearance = past->touches ? 0 : clearance_mm(s, slot, here);
+  if (!past->touches) {
+    now->status |= too_fast(past->placed, past->clearance_mm, clearance);
+    now->faces_away = faces_away(s, slot, here);
+  }
+  past->placed = 1;
+  past->clearance_mm = clearance;
+}
+
 outcome contact_step(memory* past, placement* here, const settings* s, int slot, float strength_factor, mjtNum dt) {
   const facets* mesh = s->mesh[slot].count ? &s->mesh[slot] : NULL;
   outcome now = {.stable_step_s = NO_LIMIT_S};
@@ -161,6 +200,7 @@ outcome contact_step(memory* past, placement* here, const settings* s, int slot,
     now.status = FINGERPAD_STATUS_MEMORY_LOST;
     if (mesh) follow_mesh(past, s, mesh, here);
   }
+  approach(&now, past, s, slot, here);
   fingerpad_pose body = here->geom;
   if (mesh) {
     fingerpad_pose frame = frame_of(&past->local);

@@ -14,6 +14,8 @@
 #define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
 #define STATUS_STEP_TOO_LONG 16384
+/* How much closer a finger may come in the step in which a contact begins, mm. The library lets a contact begin 1 mm deep. */
+#define TOO_FAST_MM 2
 
 /* Shifts of the finger's site along x, y and z of the contact, and turns about them. */
 #define AXES 6
@@ -33,12 +35,11 @@ typedef struct {
 /* All that a contact remembers from one step taken to the next. */
 typedef struct {
   mjtNum status;
-  /* Whether the finger touches. */
-  mjtNum touches;
+  /* Whether the finger touches, and whether it was placed before. */
+  mjtNum touches, placed;
+  /* The clearance at the last step, mm; see clearance.h. */
+  mjtNum clearance_mm;
   known_stability stable;
-  /* Acceleration of the finger's site against the geom by MuJoCo's own constraints in the last step, m/s² and rad/s²; zeros unless the
-   * step was semi-implicit. */
-  mjtNum by_constraints[AXES];
   /* Of a mesh: its shape near the finger. */
   local_shape local;
   /* Words; all before it are numbers. */
@@ -58,6 +59,8 @@ typedef struct {
   /* The largest stable time step of explicit forces, s, at most 1. */
   mjtNum stable_step_s;
   int is_semi_implicit;
+  /* Whether the finger has its back to the geom. */
+  int faces_away;
 } outcome;
 
 /* Force and moment about the site on the finger, N and N m along x, y and z of the contact. */
@@ -73,6 +76,11 @@ void memory_clear(memory* past, const settings* s, int slot, float strength_fact
  * contact and flags it. */
 void memory_read(memory* past, const settings* s, const mjtNum* numbers);
 void memory_write(const memory* past, const settings* s, mjtNum* numbers);
+
+/* Whether the finger is far from the geom, by the numbers of the plugin's state: then `now` is all that a step has. */
+int contact_is_far(outcome* now, const mjtNum* numbers, const settings* s, int slot, const placement* here);
+/* Writes what a step of a finger that is far leaves into the numbers of the plugin's state. */
+void contact_stay_far(const outcome* now, mjtNum* numbers);
 
 /* Writes the limits of stability of a contact that touches into `now`, and whether its forces are semi-implicit: where explicit ones
  * would not be calm. */

@@ -87,6 +87,10 @@ static mjtNum read_facets(facets* f, const mjModel* m, int mesh) {
     for (int i = 0; i < 3; i++) {
       corner_of(corner + 3 * i, m, mesh, face[i]);
       f->radius = mju_max(f->radius, mju_norm3(corner + 3 * i));
+      for (int k = 0; k < 3; k++) {
+        f->least[k] = mju_min(f->least[k], corner[3 * i + k]);
+        f->most[k] = mju_max(f->most[k], corner[3 * i + k]);
+      }
     }
     mju_sub3(one, corner + 3, corner);
     mju_sub3(two, corner + 6, corner);

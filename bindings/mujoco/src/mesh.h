@@ -25,8 +25,8 @@ typedef struct {
   int count, cell_count;
   mjtNum *normal, *offset, *corner;
   facet_cell* cell;
-  /* Distance of the farthest corner from the origin, m. */
-  mjtNum radius;
+  /* Distance of the farthest corner from the origin; the box around all corners and the origin, m. */
+  mjtNum radius, least[3], most[3];
 } facets;
 
 /* The shape of a mesh near a contact: a plane, a sphere or a cylinder without ends. Numbers only: it is part of the contact's memory. */

@@ -30,10 +30,8 @@ typedef struct {
   outcome now;
   /* Where it is in the present pass. */
   placement here;
-  /* Whether the forces were semi-implicit where the present step began; then the site's velocity against the geom at the end of the
-   * step but for MuJoCo's constraints. */
-  int start_coupled;
-  mjtNum ahead[AXES];
+  /* Whether the finger was far where the present step began; then its memory stays as it is. */
+  int is_far;
   /* The memory that was read last and the numbers of the plugin's state that it was read from. */
   memory kept;
   mjtNum kept_numbers[NUMBERS_BESIDE + WORDS_MAX];
@@ -49,7 +47,7 @@ typedef struct {
   /* Whether `start` holds the placements at which the present step began, and the time of them. */
   int has_start;
   mjtNum start_s;
-  /* Whether a time step that is too long has been reported. */
+  /* What was warned of. */
   int warned;
   /* One for each geom of the settings. */
   contact_data* contact;
@@ -132,32 +130,21 @@ static int is_kept(const contact_data* contact, const settings* s, const mjtNum*
   return memcmp(contact->kept_numbers, numbers, bytes_of(s)) == 0;
 }
 
-/* The memory of a contact in the plugin's state. */
-static void read(memory* past, const contact_data* contact, const settings* s, const mjtNum* numbers) {
-  if (is_kept(contact, s, numbers)) {
-    memcpy(past, &contact->kept, sizeof(*past));
-  } else {
-    memory_read(past, s, numbers);
-  }
-}
-
 static void keep(contact_data* contact, const settings* s, const memory* past, const mjtNum* numbers) {
   memcpy(&contact->kept, past, sizeof(*past));
   memcpy(contact->kept_numbers, numbers, bytes_of(s));
 }
 
-/* The memory of contact `i` where the present step began. */
-static void to_start(memory* past, instance_data* data, const mjModel* m, mjData* d, int instance, int i) {
+/* Brings `after` of contact `i` to where the present step began, should the plugin's state, the strength or the time step have changed
+ * since its trial. */
+static void to_start(instance_data* data, const mjModel* m, mjData* d, int instance, int i) {
   const settings* s = &data->settings;
   contact_data* contact = &data->contact[i];
   const mjtNum* numbers = numbers_of(m, d, instance, i);
   float strength = settings_strength(s, d, i);
-  if (strength == contact->strength && m->opt.timestep == contact->dt && is_kept(contact, s, numbers)) {
-    memcpy(past, &contact->after, sizeof(*past));
-  } else {
-    memory_read(past, s, numbers);
-    contact_step(past, &contact->start, s, i, strength, m->opt.timestep);
-  }
+  if (strength == contact->strength && m->opt.timestep == contact->dt && is_kept(contact, s, numbers)) return;
+  memory_read(&contact->after, s, numbers);
+  contact_step(&contact->after, &contact->start, s, i, strength, m->opt.timestep);
 }
 
 /* The instances of this plugin follow one another through `next_instance`: -1 before the first and after the last. */
@@ -239,19 +226,13 @@ static void apply_all(const mjModel* m, mjData* d, int later) {
     if (contact->now.is_semi_implicit) {
       coupled[coupled_count++] = (coupled_contact){
           .s = list[i].s, .geom = list[i].s->geoms[list[i].slot], .here = contact->here, .now = &contact->now,
-          .stiffness = contact->after.stable.stiffness, .by_constraints = contact->after.by_constraints,
+          .stiffness = contact->after.stable.stiffness,
       };
     } else {
       contact_apply(&contact->now, list[i].s, &contact->here, m, d, list[i].s->geoms[list[i].slot]);
     }
   }
   if (coupled_count) apply_coupled(m, d, coupled, coupled_count);
-  for (int i = 0, at = 0; i < count && !later; i++) {
-    contact_data* contact = list[i].contact;
-    contact->start_coupled = contact->now.is_semi_implicit;
-    if (!contact->start_coupled) continue;
-    mju_copy(contact->ahead, coupled[at++].ahead, AXES);
-  }
   free(coupled);
   free(list);
 }
@@ -265,23 +246,26 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
   for (int i = 0; i < s->geom_count; i++) {
     contact_data* contact = &data->contact[i];
     float strength = settings_strength(s, d, i);
-    memory past;
-    if (later) {
-      to_start(&past, data, m, d, instance, i);
-    } else {
-      const mjtNum* numbers = numbers_of(m, d, instance, i);
-      read(&past, contact, s, numbers);
-      keep(contact, s, &past, numbers);
-    }
+    const mjtNum* numbers = numbers_of(m, d, instance, i);
+    memory stage;
     place(&contact->here, s, d, s->geoms[i]);
-    contact->now = contact_step(&past, &contact->here, s, i, strength, m->opt.timestep);
-    if (!later) {
-      contact->start = contact->here;
-      contact->start_coupled = 0;
-      memcpy(&contact->after, &past, sizeof(past));
-      contact->strength = strength;
-      contact->dt = m->opt.timestep;
+    if (!later) contact->is_far = contact_is_far(&contact->now, numbers, s, i, &contact->here);
+    if (contact->is_far) continue;
+    if (later) {
+      to_start(data, m, d, instance, i);
+      memcpy(&stage, &contact->after, sizeof(stage));
+      contact->now = contact_step(&stage, &contact->here, s, i, strength, m->opt.timestep);
+      continue;
     }
+    if (!is_kept(contact, s, numbers)) {
+      memory_read(&contact->kept, s, numbers);
+      memcpy(contact->kept_numbers, numbers, bytes_of(s));
+    }
+    memcpy(&contact->after, &contact->kept, sizeof(contact->kept));
+    contact->now = contact_step(&contact->after, &contact->here, s, i, strength, m->opt.timestep);
+    contact->start = contact->here;
+    contact->strength = strength;
+    contact->dt = m->opt.timestep;
   }
   if (!later) {
     data->has_start = 1;
@@ -291,17 +275,63 @@ static void try_step(const mjModel* m, mjData* d, int instance) {
   if (next_instance(m, d, instance) < 0) apply_all(m, d, later);
 }
 
-/* Warns once of a time step that is too long for explicit forces. */
+/* Whether MuJoCo's own contact acts between the finger's body and the geom on the side of the pad, and before the pad is compressed
+ * beyond its range: it carries the load in the pad's place. */
+static int own_contact(const mjModel* m, const mjData* d, const settings* s, int slot, const contact_data* contact) {
+  int finger = m->body_weldid[m->site_bodyid[s->site]];
+  const mjtNum* site = d->site_xmat + 9 * s->site;
+  if (contact->now.status & FINGERPAD_STATUS_DEPTH_ABOVE_RANGE) return 0;
+  for (int i = 0; i < d->ncon; i++) {
+    const mjContact* own = d->contact + i;
+    int second = own->geom[1] == s->geoms[slot], other = own->geom[second ? 0 : 1];
+    if (own->efc_address < 0 || other < 0 || (!second && own->geom[0] != s->geoms[slot])) continue;
+    if (m->body_weldid[m->geom_bodyid[other]] != finger) continue;
+    /* Out of the pad along the contact's normal, which points from the first geom to the second. */
+    mjtNum out = 0;
+    for (int k = 0; k < 3; k++) out -= mju_dot3(site + 3 * k, (const mjtNum[3]){s->level[2], s->level[5], s->level[8]}) * own->frame[k];
+    if ((second ? out : -out) > 0.5) return 1;
+  }
+  return 0;
+}
+
+/* What an instance warns of, each once: bits of `warned`. */
+enum { TOO_LONG = 1, TOO_FAST = 2, TURNED_ROUND = 4, OWN_CONTACT = 8 };
+
+static int is_first(instance_data* data, int what, int is_so) {
+  if (!is_so || (data->warned & what)) return 0;
+  data->warned |= what;
+  return 1;
+}
+
 static void warn(const mjModel* m, const mjData* d, int instance) {
   instance_data* data = data_of(d, instance);
-  for (int i = 0; i < data->settings.geom_count && !data->warned; i++) {
+  const settings* s = &data->settings;
+  const char *who = mj_id2name(m, mjOBJ_PLUGIN, instance), *site = mj_id2name(m, mjOBJ_SITE, s->site);
+  for (int i = 0; i < s->geom_count; i++) {
     const outcome* now = &data->contact[i].now;
-    if (!(now->status & STATUS_STEP_TOO_LONG)) continue;
-    const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
-    data->warned = 1;
-    mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of explicit forces at "
-                "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, now->stable_step_s,
-                d->time);
+    const char* geom = mj_id2name(m, mjOBJ_GEOM, s->geoms[i]);
+    int is_long = (now->status & STATUS_STEP_TOO_LONG) != 0, is_explicit = m->opt.timestep > now->stable_step_s && !now->is_semi_implicit;
+    if (is_first(data, TOO_LONG, is_long && is_explicit)) {
+      mju_warning("fingerpad.contact, instance '%s': timestep = %g s is longer than %g s, the largest stable step of explicit forces at "
+                  "%g s of simulated time; light objects will vibrate or be lost", who ? who : "", m->opt.timestep, now->stable_step_s,
+                  d->time);
+    }
+    if (is_first(data, TOO_FAST, is_long && !is_explicit)) {
+      mju_warning("fingerpad.contact, instance '%s': the finger comes closer to geom '%s' by more than %d mm in a step of %g s, at %g s of "
+                  "simulated time; it may go through: take shorter steps or come more slowly", who ? who : "", geom ? geom : "", TOO_FAST_MM,
+                  m->opt.timestep, d->time);
+    }
+    if (is_first(data, TURNED_ROUND, now->faces_away)) {
+      mju_warning("fingerpad.contact, instance '%s': site '%s' reaches geom '%s' with its back, at %g s of simulated time, and does not touch; "
+                  "the site's x axis points along the finger to its tip, z from the pad to the nail", who ? who : "", site ? site : "",
+                  geom ? geom : "", d->time);
+    }
+    int is_near = !data->contact[i].is_far && !(data->warned & OWN_CONTACT);
+    if (is_near && is_first(data, OWN_CONTACT, own_contact(m, d, s, i, &data->contact[i]))) {
+      mju_warning("fingerpad.contact, instance '%s': MuJoCo's own contact acts between the finger and geom '%s' in front of the pad, at %g s of "
+                  "simulated time, and carries the load; switch it off (contype, conaffinity), or let the finger's geom end 6 mm behind the "
+                  "site", who ? who : "", geom ? geom : "", d->time);
+    }
   }
 }
 
@@ -343,16 +373,6 @@ static void compute(const mjModel* m, mjData* d, int instance, int capability) {
   }
 }
 
-/* The acceleration by MuJoCo's constraints in the step that has been taken. */
-static void update_constraints(const mjModel* m, mjData* d, instance_data* data, int i) {
-  contact_data* contact = &data->contact[i];
-  mjtNum velocity[AXES], *by = contact->after.by_constraints;
-  mju_zero(by, AXES);
-  if (!contact->start_coupled || d->nefc == 0) return;
-  velocity_against(velocity, m, d, data->settings.site, data->settings.geoms[i], &contact->start);
-  for (int k = 0; k < AXES; k++) by[k] = (velocity[k] - contact->ahead[k]) / m->opt.timestep;
-}
-
 /* The step is taken: the memory moves on to where it began. */
 static void advance(const mjModel* m, mjData* d, int instance) {
   instance_data* data = data_of(d, instance);
@@ -361,15 +381,14 @@ static void advance(const mjModel* m, mjData* d, int instance) {
     reset(m, numbers_of(m, d, instance, 0), data, instance);
     return;
   }
-  for (int i = 0; i < s->geom_count; i++) {
-    memory past;
-    to_start(&past, data, m, d, instance, i);
-    memcpy(&data->contact[i].after, &past, sizeof(past));
-    update_constraints(m, d, data, i);
-  }
   warn(m, d, instance);
   for (int i = 0; i < s->geom_count; i++) {
     mjtNum* numbers = numbers_of(m, d, instance, i);
+    if (data->contact[i].is_far) {
+      contact_stay_far(&data->contact[i].now, numbers);
+      continue;
+    }
+    to_start(data, m, d, instance, i);
     memory_write(&data->contact[i].after, s, numbers);
     keep(&data->contact[i], s, &data->contact[i].after, numbers);
   }

@@ -7,8 +7,6 @@
 /* How far ahead the force along the stiffness is taken, over the time step. From 1/2 on no vibration of any frequency grows; at 1 this
  * holds also where a contact is up to twice as stiff as its stiffness says. */
 static const mjtNum AHEAD = 1;
-/* Speed at which a contact of MuJoCo's own slides, m/s. */
-static const mjtNum SLIDES = 1e-3;
 static const mjtNum STILL[3] = {0, 0, 0};
 static const mjtNum MM_PER_M = 1000;
 
@@ -52,70 +50,36 @@ static void weights_of(mjtNum spring[SQUARE], mjtNum both[SQUARE], const coupled
   for (int i = 0; i < SQUARE; i++) both[i] = h * (both[i] + spring[i]);
 }
 
-/* Adds D times the square of a row of the constraints. */
-static void add_row(mjtNum* mass, const mjtNum* row, mjtNum weight, int nv) {
-  for (int k = 0; k < nv; k++) {
-    if (row[k] != 0) mju_addToScl(mass + k * nv, row, weight * row[k], nv);
-  }
+/* Row `i` of the Jacobian of MuJoCo's constraints: itself, or `room` filled with it. */
+static const mjtNum* row_of(mjtNum* room, const mjModel* m, const mjData* d, int i) {
+  if (!mj_isSparse(m)) return d->efc_J + (size_t)i * m->nv;
+  mju_zero(room, m->nv);
+  for (int k = d->efc_J_rowadr[i]; k < d->efc_J_rowadr[i] + d->efc_J_rownnz[i]; k++) room[d->efc_J_colind[k]] = d->efc_J[k];
+  return room;
 }
 
-/* Row `i` of the constraints. */
-static void row_of(mjtNum* row, mjtNum* unit, const mjModel* m, const mjData* d, int i) {
-  unit[i] = 1;
-  mj_mulJacTVec(m, d, row, unit);
-  unit[i] = 0;
-}
-
-/* What a contact of MuJoCo's own that slides at more than SLIDES adds: its normal direction alone. Returns 0 if it does not slide. */
-static int add_sliding(mjtNum* mass, mjtNum* rows, mjtNum* unit, const mjModel* m, const mjData* d, const mjContact* contact) {
-  int nv = m->nv, first = contact->efc_address, elliptic = m->opt.cone == mjCONE_ELLIPTIC;
-  if (first < 0 || contact->dim < 3) return 0;
-  mjtNum square = 0, weight = 0, *normal = rows + 2 * nv;
-  mju_zero(normal, nv);
-  for (int k = 0; k < 2; k++) {
-    mjtNum* row = rows;
-    if (elliptic) {
-      row_of(row, unit, m, d, first + 1 + k);
-    } else {
-      mjtNum* opposite = rows + nv;
-      row_of(row, unit, m, d, first + 2 * k);
-      row_of(opposite, unit, m, d, first + 2 * k + 1);
-      mju_addToScl(normal, row, 0.25, nv);
-      mju_addToScl(normal, opposite, 0.25, nv);
-      mju_subFrom(row, opposite, nv);
-      mju_scl(row, row, 1 / (2 * mju_max(mjMINVAL, contact->friction[k])), nv);
-    }
-    mjtNum speed = mju_dot(row, d->qvel, nv);
-    square += speed * speed;
-  }
-  if (square < SLIDES * SLIDES) return 0;
-  if (elliptic) {
-    row_of(normal, unit, m, d, first);
-    weight = d->efc_D[first];
-  } else {
-    for (int i = 0; i < 2 * (contact->dim - 1); i++) weight += d->efc_D[first + i];
-  }
-  add_row(mass, normal, weight, nv);
-  return 1;
-}
-
-/* The mass matrix with MuJoCo's own constraints, as if all of the present ones were active but for friction of contacts that slide: it
- * decides how far a force of a fingertip accelerates the bodies. */
-static void add_constraints(mjtNum* mass, const mjModel* m, mjData* d) {
+/* Adds the curvature of the cost of MuJoCo's constraints in the state of the last mj_constraintUpdate. */
+static void add_constraints(mjtNum* system, const mjModel* m, mjData* d) {
   int nv = m->nv;
-  if (d->nefc == 0) return;
   mj_markStack(d);
-  mjtNum *rows = mj_stackAllocNum(d, (size_t)(3 * nv)), *unit = mj_stackAllocNum(d, (size_t)d->nefc);
-  mju_zero(unit, d->nefc);
+  mjtNum *room = mj_stackAllocNum(d, (size_t)nv), *rows = mj_stackAllocNum(d, (size_t)(AXES * nv));
   for (int i = 0; i < d->nefc; i++) {
-    int is_contact = d->efc_type[i] >= mjCNSTR_CONTACT_FRICTIONLESS;
-    const mjContact* contact = is_contact ? d->contact + d->efc_id[i] : NULL;
-    if (contact && i == contact->efc_address && add_sliding(mass, rows, unit, m, d, contact)) {
-      while (i + 1 < d->nefc && d->efc_type[i + 1] == d->efc_type[i] && d->efc_id[i + 1] == d->efc_id[i]) i++;
-      continue;
+    if (d->efc_state[i] == mjCNSTRSTATE_QUADRATIC) {
+      const mjtNum* row = row_of(room, m, d, i);
+      for (int k = 0; k < nv; k++) {
+        if (row[k] != 0) mju_addToScl(system + k * nv, row, d->efc_D[i] * row[k], nv);
+      }
+    } else if (d->efc_state[i] == mjCNSTRSTATE_CONE) {
+      const mjContact* contact = d->contact + d->efc_id[i];
+      mjtNum weight[SQUARE] = {0};
+      mju_zero(rows, AXES * nv);
+      for (int k = 0; k < contact->dim; k++) {
+        mju_copy(rows + k * nv, row_of(room, m, d, i + k), nv);
+        mju_copy(weight + AXES * k, contact->H + contact->dim * k, contact->dim);
+      }
+      add_in_joints(system, rows, weight, d, nv);
+      i += contact->dim - 1;
     }
-    row_of(rows, unit, m, d, i);
-    add_row(mass, rows, d->efc_D[i], nv);
   }
   mj_freeStack(d);
 }
@@ -152,84 +116,123 @@ static void other_forces(mjtNum* force, const mjModel* m, mjData* d) {
   mj_freeStack(d);
 }
 
-/* The wrench at the velocity at the end of the step, which never pulls. */
-static void wrench_ahead(wrench* w, const coupled_contact* c, const mjtNum spring[SQUARE], const mjtNum after[AXES]) {
-  mjtNum more[AXES];
-  contact_wrench(w, c->now, c->s, &c->here, after + 3, after);
-  mju_mulMatVec(more, spring, after, AXES, AXES);
-  mju_scl(more, more, -1, AXES);
-  more[2] = mju_max(more[2], -w->force[2]);
-  mju_addTo3(w->force, more);
-  mju_addTo3(w->moment, more + 3);
-  mju_addTo3(c->now->damping, more);
-  c->now->damping[3] += MM_PER_M * more[5];
+/* The cost that MuJoCo's solver minimises, with `system` in place of the mass matrix, and its gradient. */
+static mjtNum cost_of(mjtNum* gradient, const mjtNum* system, const mjtNum* force, const mjtNum* a, const mjModel* m, mjData* d) {
+  int nv = m->nv;
+  mjtNum cost = 0;
+  mj_markStack(d);
+  mjtNum* off = mj_stackAllocNum(d, (size_t)d->nefc);
+  mj_mulJacVec(m, d, off, a);
+  mju_subFrom(off, d->efc_aref, d->nefc);
+  mj_constraintUpdate(m, d, off, &cost, m->opt.cone == mjCONE_ELLIPTIC);
+  mj_freeStack(d);
+  mju_mulMatVec(gradient, system, a, nv, nv);
+  cost += 0.5 * mju_dot(a, gradient, nv) - mju_dot(a, force, nv);
+  mju_subFrom(gradient, force, nv);
+  mju_subFrom(gradient, d->qfrc_constraint, nv);
+  return cost;
 }
 
-void velocity_against(mjtNum velocity[AXES], const mjModel* m, mjData* d, int site, int geom, const placement* here) {
+/* The accelerations `a` that the forces and MuJoCo's own constraints will have together: the minimum of the cost, by Newton's method with steps
+ * that are halved while they raise it. */
+static void accelerate(mjtNum* a, const mjtNum* system, const mjtNum* force, const mjModel* m, mjData* d) {
+  enum { ROUNDS = 20, HALVINGS = 12 };
+  const mjtNum small = 1e-10;
+  int nv = m->nv;
   mj_markStack(d);
-  mjtNum* jacobian = mj_stackAllocNum(d, (size_t)(AXES * m->nv));
-  relative_jacobian(jacobian, m, d, site, geom, here);
-  mju_mulMatVec(velocity, jacobian, d->qvel, AXES, m->nv);
+  mjtNum *hessian = mj_stackAllocNum(d, (size_t)(nv * nv)), *gradient = mj_stackAllocNum(d, (size_t)(3 * nv));
+  mjtNum *step = gradient + nv, *trial = step + nv;
+  mju_copy(hessian, system, nv * nv);
+  mju_cholFactor(hessian, nv, mjMINVAL);
+  mju_cholSolve(a, hessian, force, nv);
+  if (d->nefc) mj_referenceConstraint(m, d);
+  for (int round = 0; d->nefc && round < ROUNDS; round++) {
+    mjtNum cost = cost_of(gradient, system, force, a, m, d), share = -1;
+    if (mju_norm(gradient, nv) <= small * mju_norm(force, nv)) break;
+    mju_copy(hessian, system, nv * nv);
+    add_constraints(hessian, m, d);
+    mju_cholFactor(hessian, nv, mjMINVAL);
+    mju_cholSolve(step, hessian, gradient, nv);
+    for (int i = 0; i < HALVINGS; i++, share /= 2) {
+      mju_addScl(trial, a, step, share, nv);
+      if (cost_of(gradient, system, force, trial, m, d) <= cost) break;
+    }
+    mju_copy(a, trial, nv);
+  }
   mj_freeStack(d);
 }
 
-/* With the accelerations b of the contacts without these forces, the velocities u and the forces  w(u') = w(0) − (C + AHEAD h K) u'  at
- * the velocities  u' = u + h (b + J y):
+/* The wrench at the velocity at the end of the step. A contact that would pull has none. Friction is at most what the normal force
+ * at the end of the step allows; the excess is taken away at the centre of pressure. */
+static void wrench_ahead(wrench* w, const coupled_contact* c, const mjtNum spring[SQUARE], const mjtNum after[AXES]) {
+  const fingerpad_response* r = &c->now->felt.response;
+  mjtNum more[AXES], before[AXES], all[AXES], moment[3];
+  mjtNum *damping = c->now->damping;
+  contact_wrench(w, c->now, c->s, &c->here, after + 3, after);
+  wrench_numbers(before, w);
+  mju_mulMatVec(more, spring, after, AXES, AXES);
+  mju_sub(all, before, more, AXES);
+  if (all[2] <= 0) {
+    mju_zero(all, AXES);
+  } else if (r->normal_force_n > 0) {
+    /* On a round body the force across has pressure in it, and may be larger than the limit of friction. */
+    mjtNum own = sqrt(r->friction_x_n * r->friction_x_n + r->friction_y_n * r->friction_y_n);
+    mjtNum most = mju_max(own, r->friction_limit_n) * all[2] / r->normal_force_n, size = mju_norm(all, 2);
+    const mjtNum z = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
+    const mjtNum arm[3] = {r->pressure_centre_x_mm / MM_PER_M, r->pressure_centre_y_mm / MM_PER_M, z};
+    mjtNum beyond[3] = {0, 0, 0};
+    if (size > most) mju_scl(beyond, all, most / size - 1, 2);
+    mju_cross(moment, arm, beyond);
+    mju_addTo3(all, beyond);
+    mju_addTo3(all + 3, moment);
+  }
+  mju_copy3(w->force, all);
+  mju_copy3(w->moment, all + 3);
+  mju_sub(more, all, before, AXES);
+  mju_addTo3(damping, more);
+  damping[3] += MM_PER_M * more[5];
+}
+
+/* With the forces  w(u') = w(0) − (C + AHEAD h K) u'  at the velocities  u' = u + h J a  of the contacts at the end of the step, the
+ * accelerations a minimise MuJoCo's cost of
  *
- *   (M + sum J' (h C + AHEAD h² K) J) y = sum J' (w(0) − (h C + AHEAD h² K) (u / h + b)),     y = M^-1 sum J' w(u') */
+ *   (M + sum J' (h C + AHEAD h² K) J) a = sum J' (w(0) − (C + AHEAD h K) u) + all other forces + forces of MuJoCo's constraints */
 void apply_coupled(const mjModel* m, mjData* d, coupled_contact* contacts, int count) {
   int nv = m->nv;
   mjtNum h = m->opt.timestep;
   mj_markStack(d);
-  mjtNum* mass = mj_stackAllocNum(d, (size_t)(nv * nv));
   mjtNum* system = mj_stackAllocNum(d, (size_t)(nv * nv));
-  mjtNum* others = mj_stackAllocNum(d, (size_t)nv);
   mjtNum* force = mj_stackAllocNum(d, (size_t)nv);
-  mjtNum* gain = mj_stackAllocNum(d, (size_t)nv);
+  mjtNum* ahead = mj_stackAllocNum(d, (size_t)nv);
   mjtNum* jacobians = mj_stackAllocNum(d, (size_t)(count * AXES * nv));
   mjtNum* springs = mj_stackAllocNum(d, (size_t)(count * SQUARE));
-  mj_fullM(m, d, mass);
-  add_damping(mass, m, d);
-  add_constraints(mass, m, d);
-  mju_copy(system, mass, nv * nv);
-  mju_cholFactor(mass, nv, mjMINVAL);
-  other_forces(others, m, d);
-  mju_cholSolve(gain, mass, others, nv);
-  mju_zero(force, nv);
+  mj_fullM(m, d, system);
+  add_damping(system, m, d);
+  other_forces(force, m, d);
   for (int i = 0; i < count; i++) {
     coupled_contact* c = contacts + i;
-    mjtNum *jacobian = jacobians + i * AXES * nv, rest[AXES], both[SQUARE], lost[AXES];
+    mjtNum *jacobian = jacobians + i * AXES * nv, rest[AXES], both[SQUARE], before[AXES], lost[AXES];
     wrench w;
     relative_jacobian(jacobian, m, d, c->s->site, c->geom, &c->here);
-    mju_mulMatVec(c->before, jacobian, d->qvel, AXES, nv);
-    mju_mulMatVec(c->ahead, jacobian, gain, AXES, nv);
+    mju_mulMatVec(before, jacobian, d->qvel, AXES, nv);
     contact_wrench(&w, c->now, c->s, &c->here, STILL, STILL);
     wrench_numbers(rest, &w);
     weights_of(springs + i * SQUARE, both, c, rest, h);
-    for (int k = 0; k < AXES; k++) c->ahead[k] = c->before[k] + h * (c->ahead[k] + c->by_constraints[k]);
-    mju_mulMatVec(lost, both, c->ahead, AXES, AXES);
+    mju_mulMatVec(lost, both, before, AXES, AXES);
     mju_addToScl(rest, lost, -1 / h, AXES);
     for (int k = 0; k < AXES; k++) mju_addToScl(force, jacobian + k * nv, rest[k], nv);
     add_in_joints(system, jacobian, both, d, nv);
   }
-  mju_cholFactor(system, nv, mjMINVAL);
-  mju_cholSolve(gain, system, force, nv);
+  accelerate(ahead, system, force, m, d);
+  mju_scl(ahead, ahead, h, nv);
+  mju_addTo(ahead, d->qvel, nv);
   for (int i = 0; i < count; i++) {
     coupled_contact* c = contacts + i;
-    mjtNum *jacobian = jacobians + i * AXES * nv, after[AXES], numbers[AXES];
+    mjtNum after[AXES];
     wrench w;
-    mju_mulMatVec(after, jacobian, gain, AXES, nv);
-    for (int k = 0; k < AXES; k++) after[k] = c->ahead[k] + h * after[k];
+    mju_mulMatVec(after, jacobians + i * AXES * nv, ahead, AXES, nv);
     wrench_ahead(&w, c, springs + i * SQUARE, after);
     wrench_apply(&w, c->s, &c->here, m, d, c->geom);
-    wrench_numbers(numbers, &w);
-    for (int k = 0; k < AXES; k++) mju_addToScl(others, jacobian + k * nv, numbers[k], nv);
-  }
-  mju_cholSolve(gain, mass, others, nv);
-  for (int i = 0; i < count; i++) {
-    coupled_contact* c = contacts + i;
-    mju_mulMatVec(c->ahead, jacobians + i * AXES * nv, gain, AXES, nv);
-    for (int k = 0; k < AXES; k++) c->ahead[k] = c->before[k] + h * c->ahead[k];
   }
   mj_freeStack(d);
 }

@@ -1,5 +1,7 @@
 #include "settings.h"
 
+#include "clearance.h"
+
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -383,6 +385,7 @@ int settings_read(settings* s, const mjModel* m, int instance) {
   if (userdata != floor(userdata)) {
     return refuse(m, instance, "strength_userdata", value_of(m, instance, "strength_userdata"), "not a whole number");
   }
+  s->enclosing_mm = enclosing_radius_mm(s);
   s->strength_userdata = (int)userdata;
   for (int i = 0; i < GEOMS_MAX; i++) s->strength_factor[i] = (float)strength[i];
   return 0;

@@ -28,6 +28,8 @@ typedef struct {
   int words;
   /* The finger's level axes in the site's frame, as columns: those of a plane in the neutral pose. */
   mjtNum level[9];
+  /* Radius of a ball in which the finger lies, see clearance.h, mm. */
+  mjtNum enclosing_mm;
   /* Of a pad: stiffness of the patches over the area in contact, N/m per mm², while its bulk stays as it is. */
   mjtNum patch_stiffness;
   int site, geom_count, geoms[GEOMS_MAX];

@@ -14,9 +14,9 @@ static const mjtNum ANY_STEP_S = 1e-3;
 static const mjtNum STILL[3] = {0, 0, 0};
 /* Rounds of the power iteration, of the iterations for the step, and most sweeps of the rotations of a small matrix. */
 enum { POWER_ROUNDS = 60, STEP_ROUNDS = 5, SWEEPS = 12 };
-/* Largest  h² K + 2 h C  over the mass in a stable step, and in one in which the dampers calm every vibration: dampers beyond it
- * make an explicit step alternate from side to side. */
-static const mjtNum STABLE = 4, CALM = 2;
+/* Largest  h² K + 2 h C  over the mass in a stable step, and in one in which the dampers calm every vibration: dampers beyond 2 make an
+ * explicit step alternate from side to side, and within the tolerance of its equilibrium a pad is stiffer than K. */
+static const mjtNum STABLE = 4, CALM = 1.5;
 /* Length at which a turn counts as much as a shift, m. */
 static const mjtNum ARM = 0.005;
 /* Reported step over that of the linear contact: a pad was lost from 0.95 of it on. */
@@ -181,7 +181,13 @@ static void over_mass(mjtNum* matrix, const mjtNum* factor, int nv) {
         matrix[i * nv + column] = left / factor[i * nv + i];
       }
     }
-    mju_transpose(matrix, matrix, nv, nv);
+    for (int i = 0; i < nv; i++) {
+      for (int k = 0; k < i; k++) {
+        mjtNum other = matrix[i * nv + k];
+        matrix[i * nv + k] = matrix[k * nv + i];
+        matrix[k * nv + i] = other;
+      }
+    }
   }
 }
 

@@ -157,6 +157,25 @@ def test_the_reported_step_is_that_of_a_mass_on_a_spring():
     assert fingerpad_mujoco.stable_step(model, data) == pytest.approx(0.9 * expected, rel=0.02)
 
 
+def test_the_reported_step_is_that_of_two_masses_on_a_spring():
+    # A finger of 30 g pressed onto a plate of 5 g, both on slides along the normal.
+    finger = Finger(scenes.MODEL_FILE)
+    stiffness = 1e3 * (finger.step(1.5005).normal_force_n - Finger(scenes.MODEL_FILE).step(1.4995).normal_force_n) / 1e-3
+    masses = 0.03, 0.005
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
+      <option timestep="0.0001" gravity="0 0 0"/>
+      {scenes.extension(scenes.instance("finger", "finger", "plate"))}
+      <worldbody>
+        <body pos="0 0 -0.0015"><joint type="slide" axis="0 0 1"/><geom size="0.005" mass="{masses[0]}" contype="0"/><site name="finger" euler="0 30 0"/></body>
+        <body><joint type="slide" axis="0 0 1"/><geom name="plate" type="box" size="0.05 0.05 0.01" pos="0 0 -0.01" mass="{masses[1]}" contype="0"/></body>
+      </worldbody></mujoco>""")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    damping, mass = 2.0, 1 / sum(1 / m for m in masses)
+    expected = (-damping + np.sqrt(damping**2 + 4 * stiffness * mass)) / stiffness
+    assert fingerpad_mujoco.stable_step(model, data) == pytest.approx(0.9 * expected, rel=0.03)
+
+
 def test_without_contact_there_is_no_limit():
     model, data = paths.model_and_data()
     mujoco.mj_forward(model, data)

@@ -14,6 +14,7 @@ mod error;
 mod finger;
 mod frames;
 mod group;
+mod margin;
 mod model;
 mod pad;
 
@@ -49,6 +50,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<contacts::Contacts>()?;
     module.add_class::<finger::Finger>()?;
     module.add_class::<finger::Response>()?;
+    module.add_class::<margin::MarginObserver>()?;
+    module.add_class::<margin::Margin>()?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
     module.add_function(wrap_pyfunction!(status_words, module)?)
 }

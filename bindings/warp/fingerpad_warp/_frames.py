@@ -41,6 +41,8 @@ ROUNDS = wp.constant(60)
 SETTLED = wp.constant(wp.float32(1e-6))
 BEGINS_MM = wp.constant(wp.float32(1.0))
 TOLERATED_MM = wp.constant(wp.float32(0.01))
+# Share of the work of friction in slip that raises the surface of a contact that began inside the body.
+RAISES = wp.constant(wp.float32(0.1))
 UNIT = wp.constant(wp.float32(1e-3))
 FARTHEST_MM = wp.constant(wp.float32(1e9))
 FAR = wp.constant(wp.float32(1e30))
@@ -664,7 +666,10 @@ def feel(
     fresh: wp.array(dtype=float),
     contact_row: int,
     strength_row: int,
+    depth_max_mm: float,
     depth_mm: wp.array(dtype=float),
+    slide_x_mm: wp.array(dtype=float),
+    slide_y_mm: wp.array(dtype=float),
     stands: wp.array(dtype=Stand),
     flags: wp.array(dtype=int),
     response: wp.array2d(dtype=float),
@@ -704,8 +709,14 @@ def feel(
         force = wp.vec3(response[wp.static(_bed.FRICTION_X), i], response[wp.static(_bed.FRICTION_Y), i], normal_n)
         moment = wp.vec3(response[wp.static(_bed.TILT_X), i], response[wp.static(_bed.TILT_Y), i], response[wp.static(_bed.MOMENT), i])
         # ---- flags ----
-        if trial[rows + wp.static(LOWER), i] > 0.0:
+        lower = trial[rows + wp.static(LOWER), i]
+        if lower > 0.0:
             out = out | wp.static(int(Status.BEGAN_INSIDE))
+            slips = regime[i] == wp.static(int(Regime.SLIP)) and response[wp.static(_bed.STICK), i] <= 0.0
+            if slips and normal_n > 0.0 and lower <= depth_max_mm:
+                work = response[wp.static(_bed.TANGENTIAL_X), i] * slide_x_mm[i] + response[wp.static(_bed.TANGENTIAL_Y), i] * slide_y_mm[i]
+                rise = RAISES * work / normal_n
+                trial[rows + wp.static(LOWER), i] = wp.max(lower - wp.max(rise, 0.0), 0.0)
         if (face.bent == 1 or face.bent == 2) and depth > face.radius:
             out = out | wp.static(int(Status.DEPTH_ABOVE_RANGE))
         disk = wp.sqrt(wp.abs(response[wp.static(_bed.AREA_MM2), i] / PI))
@@ -823,10 +834,13 @@ class Frames:
         wp.launch(
             feel,
             dim=self.count,
-            inputs=[self.shapes, self.pad, self._radius, self.level, *rows, motion[0], self.stands, self._flags, self.response.values],
+            inputs=[
+                self.shapes, self.pad, self._radius, self.level, *rows, self._depth_max_mm, *motion[:3], self.stands, self._flags,
+                self.response.values,
+            ],
             outputs=[self.response.regime, self.response.status, self.trial, self.face, self.on_finger, self.on_body],
             device=self.device,
-        )
+        )  # fmt: skip
 
     def advance(self) -> None:
         """The trial becomes the past."""

@@ -12,8 +12,10 @@
 //!
 //! **A contact begins near the surface.** A body may come into the finger otherwise than along its normal: a finger that arrives from the
 //! side is 20 mm below a table's top at once. In the step in which a contact begins, its depth is therefore at most the distance that the
-//! finger came closer in this step, and 1 mm; the surface then counts as that much lower until the contact ends, and the response is
-//! flagged. The first step of all takes the pose as it is, up to the depth of the model.
+//! finger came closer in this step, and 1 mm; the surface then counts as that much lower, and the response is flagged. A finger that slides
+//! on from one face to the next comes from the side too, but not from deep: where the surface counts as lower by no more than the depth of
+//! the model, slip raises it again, with a tenth of the work of friction while all of the contact slips. So the contact stores no more than
+//! the motion brings. The first step of all takes the pose as it is, up to the depth of the model.
 
 mod face;
 mod finger;
@@ -32,6 +34,8 @@ pub use shape::Shape;
 const BEGINS_MM: f32 = 1.0;
 /// A contact that begins deeper by less is not flagged, mm.
 const TOLERATED_MM: f32 = 0.01;
+/// Share of the work of friction in slip that raises the surface of a contact that began inside the body.
+const RAISES: f32 = 0.1;
 /// Largest difference of a quaternion's square from 1.
 const UNIT: f32 = 1e-3;
 /// Largest sum of the magnitudes of a place's coordinates, mm.
@@ -222,6 +226,7 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         response.status = response.status.with(status);
         if touches && self.lower > R::of(0.0) {
             response.status = response.status.with(Status::BEGAN_INSIDE);
+            self.raise(finger.depth_max_mm(), &motion, &response);
         }
         if touches && face.radius().is_some_and(|radius| depth > radius) {
             response.status = response.status.with(Status::DEPTH_ABOVE_RANGE);
@@ -329,6 +334,20 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
             self.lower = if beyond > R::of(TOLERATED_MM) { beyond } else { R::of(0.0) };
         }
         depth - self.lower
+    }
+
+    /// Raises the surface under a finger that slips, by the next step. What this stores in the finger is a small part of what slip
+    /// dissipates, so that the contact takes no less than the motion brings.
+    #[cold]
+    #[inline(never)]
+    fn raise<T: Scalar>(&mut self, depth_max: T, motion: &Motion<T>, response: &Response<T>) {
+        let slips = response.regime == Regime::Slip && !(response.stick_ratio > T::of(0.0));
+        if !(slips && response.normal_force_n > T::of(0.0) && self.lower <= R::near(depth_max)) {
+            return;
+        }
+        let ([along, across], [x, y]) = (response.tangential_friction_n, motion.slide_increment_mm);
+        let rise = R::near(T::of(RAISES) * (along * x + across * y) / response.normal_force_n);
+        self.lower = (self.lower - rise.not_negative()).not_negative();
     }
 }
 

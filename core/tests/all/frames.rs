@@ -6,7 +6,7 @@ use crate::common::{Noise, shipped, shipped_pad};
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape, Wrench};
 use fingerpad::nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use fingerpad::pad::{Body, Cylinder, Edge, Numbers, Pad, PadState, Patch, Sphere};
-use fingerpad::{Elementary, Error, Motion, Regime, Response, SpinState, State, Status, step};
+use fingerpad::{Elementary, Error, Motion, Regime, Response, SpinState, State, Status, Tuning, step};
 
 const P: usize = 40;
 /// Neutral pitch of the shipped models, degrees.
@@ -33,21 +33,25 @@ impl Double {
 /// roll, degrees.
 type Coordinates = [f64; 6];
 
+fn own_from_level(neutral_deg: f64) -> Rotation3<f64> {
+    Rotation3::from_axis_angle(&Vector3::y_axis(), (-neutral_deg).to_radians())
+}
+
 /// The axes of the plane in the finger's frame, whose x axis is the long axis of the finger.
-fn plane_axes([.., pitch, roll]: Coordinates) -> Matrix3<f64> {
+fn plane_axes(neutral_deg: f64, [.., pitch, roll]: Coordinates) -> Matrix3<f64> {
     let rad = PI / 180.0;
     // The finger is rolled about the x axis that is level in the neutral pose, then pitched; the plane gets the inverse.
-    let finger = Rotation3::from_axis_angle(&Vector3::y_axis(), (pitch - NEUTRAL_DEG) * rad)
+    let finger = Rotation3::from_axis_angle(&Vector3::y_axis(), (pitch - neutral_deg) * rad)
         * Rotation3::from_axis_angle(&Vector3::x_axis(), roll * rad);
-    let own_from_level = Rotation3::from_axis_angle(&Vector3::y_axis(), -NEUTRAL_DEG * rad);
+    let own_from_level = own_from_level(neutral_deg);
     (own_from_level * finger.inverse()).into_inner()
 }
 
 /// Pose of the apex and the axes of a body in the finger's frame.
 fn apex_pose<T: Elementary>(pad: &Pad<'_, T>, at: Coordinates) -> Isometry3<f64> {
     let [x, y, depth, spin, pitch, roll] = at;
-    let axes = plane_axes(at);
-    let own_from_level = Rotation3::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
+    let neutral_deg = pad.numbers.neutral_pitch_deg.to_f64();
+    let (axes, own_from_level) = (plane_axes(neutral_deg, at), own_from_level(neutral_deg));
     let touch = Vector3::from(pad.first_touch_point_mm([pitch, roll].map(|angle| T::near(angle))).map(|x| x.to_f64()));
     let normal = Vector3::from(axes.column(2));
     let height = -normal.dot(&(own_from_level * touch)) - depth;
@@ -59,9 +63,9 @@ fn apex_pose<T: Elementary>(pad: &Pad<'_, T>, at: Coordinates) -> Isometry3<f64>
 
 /// The place along the plane's axes under the point that touches first in a pose.
 fn under(pad: &Pad<'_, f64>, pose_deg: [f64; 2]) -> [f64; 2] {
-    let own_from_level = Rotation3::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
-    let touch = own_from_level * Vector3::from(pad.first_touch_point_mm(pose_deg));
-    let place = plane_axes([0.0, 0.0, 0.0, 0.0, pose_deg[0], pose_deg[1]]).tr_mul(&touch);
+    let neutral_deg = pad.numbers.neutral_pitch_deg;
+    let touch = own_from_level(neutral_deg) * Vector3::from(pad.first_touch_point_mm(pose_deg));
+    let place = plane_axes(neutral_deg, [0.0, 0.0, 0.0, 0.0, pose_deg[0], pose_deg[1]]).tr_mul(&touch);
     [place.x, place.y]
 }
 
@@ -86,15 +90,15 @@ fn bodies() -> [(Shape, Body<f64>, Isometry3<f64>); 4] {
 }
 
 /// A path of random motions in small steps, from the air.
-fn path(seed: u64) -> Vec<Coordinates> {
+fn path(seed: u64, neutral_deg: f64) -> Vec<Coordinates> {
     let mut random = Noise(seed);
-    let mut at = [0.0, 0.0, -0.05, 0.0, NEUTRAL_DEG, 0.0];
+    let mut at = [0.0, 0.0, -0.05, 0.0, neutral_deg, 0.0];
     let mut path = vec![at];
     for leg in 0..6 {
         let mut draw = |size: f64| size * f64::from(random.next());
-        let to = [draw(1.5), draw(1.5), 0.9 + draw(0.7), draw(30.0), NEUTRAL_DEG + draw(12.0), draw(12.0)];
+        let to = [draw(1.5), draw(1.5), 0.9 + draw(0.7), draw(30.0), neutral_deg + draw(12.0), draw(12.0)];
         let from = at;
-        let to = if leg == 0 { [0.0, 0.0, 0.5, 0.0, NEUTRAL_DEG, 0.0] } else { to };
+        let to = if leg == 0 { [0.0, 0.0, 0.5, 0.0, neutral_deg, 0.0] } else { to };
         for k in 1..=40 {
             at = core::array::from_fn(|i| from[i] + f64::from(k) / 40.0 * (to[i] - from[i]));
             path.push(at);
@@ -109,7 +113,7 @@ fn largest(a: &[f64], b: &[f64]) -> f64 {
 
 /// Force and moment in the finger's frame from a response along the axes of the plane.
 fn expected(pad: &Pad<'_, f64>, at: Coordinates, r: &Response<f64>) -> Wrench<f64> {
-    let axes = plane_axes(at);
+    let axes = plane_axes(pad.numbers.neutral_pitch_deg, at);
     let pose = apex_pose(pad, [0.0, 0.0, at[2], 0.0, at[4], at[5]]);
     let force = axes * Vector3::new(r.friction_n[0], r.friction_n[1], r.normal_force_n);
     let about_foot = axes * Vector3::new(r.tilt_moment_n_mm[0], r.tilt_moment_n_mm[1], r.spin_moment_n_mm);
@@ -138,13 +142,11 @@ fn plane_pose(pad: &Pad<'_, f64>, path: &[Coordinates]) -> Vec<Isometry3<f64>> {
 }
 
 /// Poses give the same response as increments, and its force and moment in both frames.
-#[test]
-fn poses_are_the_same_as_increments() {
-    let double = Double::new();
-    let pad = double.pad();
+fn poses_like_increments(pad: Pad<'_, f64>) {
+    let neutral_deg = pad.numbers.neutral_pitch_deg;
     for (k, (shape, body, to_shape)) in bodies().into_iter().enumerate() {
         for seed in 0..4 {
-            let path = path(10 * k as u64 + seed);
+            let path = path(10 * k as u64 + seed, neutral_deg);
             let poses =
                 if k == 0 { plane_pose(&pad, &path) } else { path.iter().map(|&at| apex_pose(&pad, at)).collect() };
             let mut contact = FrameContact::<PadState<P, f64>>::new(&pad, shape).unwrap();
@@ -180,6 +182,62 @@ fn poses_are_the_same_as_increments() {
             assert!(seen > 100, "{body:?}: {seen}");
         }
     }
+}
+
+#[test]
+fn poses_are_the_same_as_increments() {
+    poses_like_increments(Double::new().pad());
+}
+
+/// Another tip: small, stiff, and fitted in another pose.
+#[test]
+fn poses_of_another_tip_are_the_same_as_increments() {
+    let mut other = Double::new();
+    other.numbers.neutral_pitch_deg = 48.0;
+    poses_like_increments(other.pad().tuned(Tuning { size: 0.7, stiffness: 4.0, lambda: 0.5 }).unwrap());
+}
+
+/// A block stands on a table of its own, a spring and dampers, and a finger presses and drags it. Driven by the wrenches of the frames it
+/// goes as it does driven by increments.
+#[test]
+fn a_block_on_a_table_is_dragged_as_by_increments() {
+    const STIFFNESS_N_MM: f64 = 2.0;
+    const DAMPING_N_S_MM: f64 = 0.05;
+    let double = Double::new();
+    let pad = double.pad();
+    let level = own_from_level(NEUTRAL_DEG);
+    let mut contact =
+        FrameContact::<PadState<P, f64>>::new(&pad, Shape::cuboid([20.0, 20.0, 10.0], 2.0).unwrap()).unwrap();
+    let mut state = PadState::<P, f64>::new(&pad).unwrap();
+    // Place of the block along and up, mm, by frames and by increments.
+    let (mut by_frames, mut by_steps, mut before) = ([0.0f64; 2], [0.0f64; 2], 0.0);
+    let dt = 1e-3;
+    let table = |at: &mut [f64; 2], along: f64, up: f64| {
+        at[0] += dt * along / DAMPING_N_S_MM;
+        at[1] += dt * (up - STIFFNESS_N_MM * at[1]) / DAMPING_N_S_MM;
+    };
+    let (mut least, mut slid) = (f64::INFINITY, 0.0f64);
+    for k in 0..1500 {
+        let t = f64::from(k) / 500.0;
+        let (x, down) = (1.5 * (t - 1.0).max(0.0).sin(), (2.0 * t - 0.1).min(1.1));
+        let place = level * Vector3::new(by_frames[0] - x, 0.0, down + by_frames[1] - 10.0);
+        let body = Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_rotation_matrix(&level));
+        let [along, _, up] = contact.step(&pad, &body, dt).on_body.force_n;
+        table(&mut by_frames, along, up);
+        let motion = Motion {
+            depth_mm: down + by_steps[1] - pad.first_touch_mm(&[0.0, 0.0, 1.0]),
+            slide_increment_mm: [by_steps[0] - x - before, 0.0],
+            spin_increment_rad: 0.0,
+            dt_s: dt,
+        };
+        before = by_steps[0] - x;
+        let r = pad.step(&mut state, &Body::Plane, motion, [NEUTRAL_DEG, 0.0]);
+        table(&mut by_steps, -r.friction_n[0], -r.normal_force_n);
+        assert!(largest(&by_frames, &by_steps) < 1e-9, "{k}: {by_frames:?} {by_steps:?}");
+        least = least.min(by_steps[1]);
+        slid = slid.max(by_steps[0]);
+    }
+    assert!(least < -0.05 && slid > 1.0, "it sinks by {least} and goes {slid} mm");
 }
 
 /// What acts on the body is the opposite of what acts on the finger.
@@ -351,6 +409,127 @@ fn a_contact_begins_near_the_surface() {
                     );
                 }
             }
+        }
+    }
+}
+
+/// Loss that counts against a later gain, mJ: that of the slip just before.
+const COUNTS_MJ: f64 = 2e-3;
+
+/// The most that contacts with some bodies store along a path beyond what its motion brings, mJ, and what was felt in the last step.
+///
+/// * `bodies`: shapes, and their poses in the frame of the first one
+/// * `path`: poses of the first body in the finger's frame
+fn most_gain_mj(
+    pad: &Pad<'_, f64>,
+    bodies: &[(Shape, Isometry3<f64>)],
+    path: &[Isometry3<f64>],
+) -> (f64, Vec<FrameResponse<f64>>) {
+    let mut contacts: Vec<_> =
+        bodies.iter().map(|(shape, _)| FrameContact::<PadState<P, f64>>::new(pad, *shape).unwrap()).collect();
+    let mut felt = vec![FrameResponse::default(); bodies.len()];
+    let (mut most, mut balance, mut stored) = (0.0f64, 0.0f64, 0.0);
+    for (k, pose) in path.iter().enumerate() {
+        let way = pose * path[k.max(1) - 1].inverse();
+        let (shift, turn) = (way.translation.vector, way.rotation.scaled_axis());
+        let work = |felt: &[FrameResponse<f64>]| -> f64 {
+            let of = |r: &FrameResponse<f64>| {
+                Vector3::from(r.on_finger.force_n).dot(&shift) + Vector3::from(r.on_finger.moment_n_mm).dot(&turn)
+            };
+            felt.iter().map(of).sum()
+        };
+        let before = work(&felt);
+        let mut now = 0.0;
+        for ((contact, (_, at)), felt) in contacts.iter_mut().zip(bodies).zip(&mut felt) {
+            *felt = contact.step(pad, &(pose * at), 1e-3);
+            if felt.response.regime != Regime::NoContact {
+                let is_edge = felt.face > 6;
+                let edge = Body::Edge(Edge::new(2.0, 0.0, 90.0).unwrap());
+                now += pad.energy_mj(contact.state(), if is_edge { &edge } else { &Body::Plane });
+            }
+        }
+        let gain = now - stored - 0.5 * (before + work(&felt));
+        balance = (balance + gain).max(-COUNTS_MJ);
+        most = most.max(balance);
+        stored = now;
+    }
+    (most, felt)
+}
+
+/// A finger goes round a body of fifteen faces, each a box of its own, and over the edge of one box. It comes to each next face from the side
+/// and below the surface, stores no more than the motion brings, and slip raises it.
+#[test]
+fn a_finger_that_slides_from_face_to_face_gains_no_energy() {
+    let double = Double::new();
+    let pad = double.pad();
+    let level = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
+    let (out_mm, turn) = (37.0, TAU / 15.0);
+    let half = [10.0, out_mm * (0.5 * turn).tan(), 10.0];
+    // The axis of the body goes along the finger; its faces pass across. Rounded so wide, the boxes have no edges, as for a bed.
+    let face_at = |k: f64| {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), k * turn);
+        (
+            Shape::cuboid(half, 9.0).unwrap(),
+            Isometry3::from_parts(Translation3::from(turned * Vector3::new(0.0, 0.0, out_mm - 10.0)), turned),
+        )
+    };
+    let faces: Vec<_> = (0..4).map(|k| face_at(f64::from(k))).collect();
+    for depth in [0.5f64, 0.9, 1.6] {
+        for per_step in [0.02, 0.1] {
+            let steps = (3.45 * turn * out_mm / per_step) as usize;
+            let path: Vec<_> = (0..=steps + 20)
+                .map(|k| {
+                    let down = depth.min(0.05 * k as f64 - 0.1);
+                    let angle = (k.max(20) - 20) as f64 * per_step / out_mm;
+                    let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -angle);
+                    Isometry3::from_parts(
+                        Translation3::from(level * Vector3::new(0.0, 0.0, down - out_mm)),
+                        level * turned,
+                    )
+                })
+                .collect();
+            let (most, felt) = most_gain_mj(&pad, &faces, &path);
+            assert!(most < 5e-3 * per_step, "{depth} mm deep, steps of {per_step} mm: {most} mJ");
+            // A first step takes the pose as it is.
+            let mut fresh = FrameContact::<PadState<P, f64>>::new(&pad, faces[3].0).unwrap();
+            let (last, here) = (felt[3], fresh.step(&pad, &(path[path.len() - 1] * faces[3].1), 1e-3));
+            // At the middle of the face the finger touched it first, as much below the surface as it is deep there.
+            let lower = here.depth_mm - last.depth_mm;
+            assert!(last.face == 3 && lower < 0.8 * depth, "{depth} {per_step}: {lower} {last:?}");
+        }
+    }
+    // Over the edge of a box, rolled more and more.
+    let shape = Shape::cuboid([25.0; 3], 2.0).unwrap();
+    for deep in [0.6f64, 1.2] {
+        let path: Vec<_> = (0..900)
+            .map(|k| {
+                let s = f64::from(k) / 900.0;
+                let roll = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -1.2 * s);
+                let aside = 15.0 + 14.0 * s;
+                let place = roll * Vector3::new(0.0, -aside, deep.min(0.05 * f64::from(k) - 0.1) - 25.0);
+                Isometry3::from_parts(Translation3::from(level * place), level * roll)
+            })
+            .collect();
+        let (most, _) = most_gain_mj(&pad, &[(shape, Isometry3::identity())], &path);
+        assert!(most < 1e-3, "{deep} mm deep: {most} mJ");
+    }
+}
+
+/// A finger far below the surface is not raised by slip: it stays where its contact began.
+#[test]
+fn slip_does_not_raise_a_finger_from_the_depth() {
+    let file = shipped_pad();
+    let pad = file.file().pad;
+    let shape = Shape::cuboid([25.0; 3], 2.0).unwrap();
+    let level = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), (-NEUTRAL_DEG).to_radians());
+    let mut contact = FrameContact::<PadState<P>>::new(&pad, shape).unwrap();
+    for k in 0..300 {
+        let (aside, pressed) = (26.0 - 0.1 * f64::from(k), (0.01 * f64::from(k)).min(0.5));
+        let place = level * Vector3::new(-aside, 0.0, 12.0 + pressed - 25.0);
+        let felt = contact.step(&pad, &Isometry3::from_parts(Translation3::from(place), level), 1e-3);
+        assert!(felt.depth_mm < 0.51, "{k}: {felt:?}");
+        if k > 60 {
+            assert!(felt.depth_mm > 0.3 && felt.response.status.contains(Status::BEGAN_INSIDE), "{k}: {felt:?}");
         }
     }
 }

@@ -12,6 +12,7 @@ mod file;
 mod frames;
 mod haptics;
 mod held_load;
+mod margin;
 mod pad_driven;
 mod pads;
 mod properties;

@@ -10,6 +10,7 @@ use fingerpad::build::Params;
 use fingerpad::calibration::{Calibrated, Calibration, Measured, NotCalibrated, Settings};
 use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::frames::{FrameContact, FrameResponse, RoundBed, Shape};
+use fingerpad::margin::{Margin, MarginObserver, Reading, Settings as MarginSettings};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
 use fingerpad::{
@@ -73,6 +74,7 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     Effects::record_rest(&mut contact);
     black_box(requests(&model, &mut state, f));
     black_box(calibrate(&model, f));
+    black_box(observe(&model, f));
     let saved = black_box(state.to_bytes(model.data()));
     Some((r, State::from_bytes(model.data(), &saved).ok()?))
 }
@@ -86,6 +88,22 @@ fn calibrate(model: &Model<'_>, f: [f32; 4]) -> Option<Result<Calibrated, NotCal
     }
     black_box((calibration.estimate(), calibration.model().is_ok()));
     Some(calibration.result())
+}
+
+#[inline(never)]
+fn observe(model: &Model<'_>, f: [f32; 4]) -> Option<Margin> {
+    let mut observer = MarginObserver::<SPRINGS, NODES>::new(model, MarginSettings::default()).ok()?;
+    let reading = Reading {
+        normal_force_n: f[0],
+        friction_n: [f[1], f[2]],
+        slide_increment_mm: [f[1], f[2]],
+        normal_variance_n2: f[3],
+        friction_covariance_n2: [f[3], f[3], f[2]],
+        slide_covariance_mm2: [f[3], f[3], f[2]],
+        dt_s: f[3],
+    };
+    observer.step(black_box(reading));
+    Some(observer.step(black_box(reading)))
 }
 
 #[inline(never)]

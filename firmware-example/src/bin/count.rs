@@ -7,6 +7,7 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::build::{DataOf, EffectSlot, ParamsOf};
 use fingerpad::calibration::{Calibration, Measured, Settings};
+use fingerpad::margin::{Margin, MarginObserver, Reading, Settings as MarginSettings};
 use fingerpad::{
     Contact, Drive, Effects, Error, ForceResponse, ForceStateOf, Motion, NODES, Normal, Response, SPRINGS, StateOf,
     Surroundings, Tangential, Tuning, step,
@@ -112,6 +113,7 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     print("tuned", count(tuned, &mut bench, samples));
     effects(samples)?;
     calibration(samples)?;
+    margin(samples)?;
     let mut rivals = Rivals::default();
     print("LuGre 2-D + powf + bilinear table", count(lugre, &mut rivals, samples));
     print("interpn cubic + powf + nalgebra Iwan 8", count(crates, &mut rivals, samples));
@@ -232,6 +234,34 @@ fn calibration(samples: &[[f32; 4]]) -> Result<(), Error> {
     print("calibration, a reading", count(recorded, &mut bench, samples));
     print("calibration, work on a block", count(worked, &mut bench, samples));
     black_box(bench.calibration.estimate());
+    Ok(())
+}
+
+/// An observer of the margin; with a long step every reading ends a block.
+struct MarginBench<'a> {
+    observer: MarginObserver<'a, SPRINGS, NODES>,
+    answer: Margin,
+    dt_s: f32,
+}
+
+extern "C" fn observed(b: &mut MarginBench<'_>, s: &[f32; 4]) {
+    b.answer = b.observer.step(Reading {
+        normal_force_n: 0.3 * s[0] + 0.1,
+        friction_n: [0.1 * s[0] + 0.1 * s[1], 0.1 * s[2]],
+        slide_increment_mm: [0.1 * s[1], 0.1 * s[2]],
+        normal_variance_n2: 25e-6,
+        friction_covariance_n2: [25e-6, 25e-6, 0.0],
+        slide_covariance_mm2: [25e-6, 25e-6, 0.0],
+        dt_s: b.dt_s,
+    });
+}
+
+/// Readings at 1 kHz, mostly without the end of a block, and readings that all end one.
+fn margin(samples: &[[f32; 4]]) -> Result<(), Error> {
+    let observer = MarginObserver::new(&fingerpad_firmware::model()?, MarginSettings::default())?;
+    let mut bench = MarginBench { observer, answer: Margin::default(), dt_s: 0.2 };
+    print("margin observer, a block in each reading", count(observed, &mut bench, samples));
+    black_box(&bench.answer);
     Ok(())
 }
 

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::anyhow;
+use fingerpad_fe::contact::RubberFriction;
 use fingerpad_reduce::pad::{PadMeta, runs_in_pose};
 use fingerpad_reduce::{DesignSettings, Settings, is_retuned};
 
 use super::model::{self, Loaded};
-use super::reduce::fit;
+use super::reduce::{fit, write};
 use super::{Failure, Outputs};
 
 /// Make a bed of springs from a pad, in any pose
@@ -67,9 +68,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let runs = runs_in_pose(&file.pad, pose_deg, &settings, &hash)?;
     println!("{name} in pitch {}° and roll {}°", pose_deg[0], pose_deg[1]);
-    let beta = numbers.law.friction[1].into();
+    let [lambda, beta] = numbers.law.friction.map(f64::from);
+    let friction = RubberFriction { lambda, beta, ..RubberFriction::default() };
     let settings = Settings { restarts: args.restarts, ..Settings::default() };
-    let scores = fit(&runs, &[], beta, &settings, &args.out)?.meta.held_out;
+    let reduced = fit(&runs, &[], &friction, &settings)?;
+    write(&reduced, &runs, &args.out)?;
+    let scores = reduced.meta.held_out;
     let errors = [("friction", scores.friction_of_limit, 0.08), ("the spin moment", scores.moment_of_limit, 0.25)];
     for (what, error, most) in errors.into_iter().filter(|(_, error, most)| error > most) {
         eprintln!(

@@ -7,7 +7,7 @@ use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::follow_path;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_identify::population::Share;
-use fingerpad_reduce::{self as reduce, Agreement, DesignSettings, Difference, Meta, Run};
+use fingerpad_reduce::{self as reduce, Agreement, DesignSettings, Difference, Grade, Meta, Run};
 use fingerpad_report::{DepthResult, ReducedModel};
 
 use super::build::Args;
@@ -57,6 +57,7 @@ pub(super) fn print_reduced(depths: &[DepthResult], reduced: &ReducedModel) {
 /// The reduced models of this finger: a bed from stored runs of these settings or, with `--full`, from runs made here; without stored
 /// runs a pad and a bed as `finger` makes them.
 pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -> Result<(), Failure> {
+    let design = &super::finger::with_tip(config, design)?;
     let hash = reduce::settings_hash(config)?;
     let made = args.out.join("design");
     if args.full {
@@ -75,7 +76,13 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
         println!("no stored runs of settings {hash}: a quick design, as by `fingerpad finger`");
         super::design::run(config, &design.clone().quick(), &made, Share::ALL, args.jobs)?;
         let files = ["pad.fpm", "model.fpm"].map(|name| args.out.join(name));
-        return super::finger::models(config, &made, design, true, [&files[0], &files[1]]).map(|_| ());
+        let models = super::finger::models(config, &made, design, true)?;
+        models.print();
+        if models.grade() == Grade::NotUsable {
+            eprintln!("warning: the reduced models are not usable and are not written; `fingerpad finger` has more");
+            return Ok(());
+        }
+        return models.write([&files[0], &files[1]]);
     }
     if runs.is_empty() {
         let place = folder.map_or("the program".into(), |f| f.display().to_string());
@@ -109,8 +116,8 @@ pub(super) fn reduction(args: &Args, config: &Config, design: &DesignSettings) -
             100.0 * friction
         );
     }
-    super::reduce::fit(&runs, &[], config.friction.beta, &fingerpad_reduce::Settings::default(), &model_file)?;
-    Ok(())
+    let reduced = super::reduce::fit(&runs, &[], &config.friction, &fingerpad_reduce::Settings::default())?;
+    super::reduce::write(&reduced, &runs, &model_file)
 }
 
 /// Whether a file is the model that this program fits to these runs.

@@ -98,10 +98,13 @@ pub fn run(
 }
 
 /// Refuses a design with a path that this finger cannot follow.
-fn check_paths(config: &Config, design: &[Experiment]) -> Result<(), Failure> {
+pub(super) fn check_paths(config: &Config, design: &[Experiment]) -> Result<(), Failure> {
     let (mut finger, _) = make_finger(config)?;
     for experiment in design {
-        let of_path = |e| Failure::Input(anyhow::Error::new(e).context(format!("[design]: path {}", experiment.name)));
+        let of_path = |e| {
+            let hint = "leave out the depths of [design], which then follow from the tip";
+            Failure::Input(anyhow::Error::new(e).context(format!("[design] ({hint}): path {}", experiment.name)))
+        };
         let config = with_body(config, experiment);
         finger.rigid_body = config.rigid_body.read()?;
         config.check_path(&experiment.path, &finger).map_err(of_path)?;

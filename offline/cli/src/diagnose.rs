@@ -1,6 +1,7 @@
 //! `fingerpad diagnose`: which effect is missing from the model, by measured runs.
 
 mod arguments;
+mod check;
 mod group;
 mod input_files;
 mod repeated;
@@ -15,7 +16,7 @@ use fingerpad_diagnose::laws::{Column, run_columns::template};
 use fingerpad_diagnose::{
     CORNEOMETER_SD_AU, ColumnMap, CovariateError, DiagnoseError, Diagnosis, Evidence, IMPLAUSIBLE, InputFile, LawsFile,
     Options, PowerSettings, Redecision, SelectionSettings, SessionFile, corrected_model, diagnose, diagnose_forces,
-    preflight_report,
+    next_step, preflight_report,
 };
 use fingerpad_formats as formats;
 use fingerpad_report as report;
@@ -131,6 +132,9 @@ fn write_template(path: &Path) -> Result<(), Failure> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(arguments::Command::Check(files)) = &args.command {
+        return check::run(files);
+    }
     args.validate()?;
     match (&args.template, &args.table) {
         (Some(path), _) => write_template(path),
@@ -267,6 +271,7 @@ fn examine(
         let strokes = args.fe_strokes as usize;
         let confirmation = super::confirm::confirm(&args.finger, reference, evidence, strokes, &folder)?;
         report.fe_confirmation = Some(confirmation.report);
+        report.next_step = next_step(report);
         write(report)?;
     }
     Ok(())

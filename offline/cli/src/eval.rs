@@ -18,6 +18,7 @@ use fingerpad_reduce::{
 
 use super::conditions::{Conditions, read_by};
 use super::model::Loaded;
+use super::observe::{HEADER, ObserveArgs};
 use super::plausibility::{warn_of_depths, warn_of_force_unit, warn_of_no_contact};
 use super::rigid_body::BodyArgs;
 use super::{Failure, Mark, Outputs, model, outputs, progress::during};
@@ -34,6 +35,7 @@ Examples:
   fingerpad eval --body sphere --radius-mm 10 --path path.csv --out reduced.csv  the shipped pad on a ball
   fingerpad eval --model pad.fpm --path path.csv --out reduced.csv             a pad, which `pad` writes
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
+  fingerpad eval --observe log.csv --out margin.csv                            margin on a surface of unknown friction
 
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg,
 pitch_deg and roll_deg. All of them are linear between rows. Moments in place of angles are refused. The response has
@@ -48,6 +50,11 @@ and prints the root mean square residual: for the corrected.fpm of a diagnosis t
 its report. A model with a law of your own (docs/laws-of-your-own.md) reads its columns there. A --path may have them
 too, a value a row, linear between rows; --column voltage_v=120 sets a constant value along the whole path.
 
+--observe takes a recorded log with the columns t_s, normal_force_n, friction_x_n, friction_y_n, slide_x_mm and
+slide_y_mm (forces on the finger, slide of the surface against the finger's base), and writes for every row what
+is known of the surface: strength factor and slip margin with their 95 % bands, the chance of full slip within 50 ms, and
+whether this is more than the prior (docs/unknown-friction.md).
+
 A model file is either a bed of springs, for one pose of the finger on a plane, or a pad, for every pose on a plane, a
 sphere, a cylinder or an edge (--body). Without --model the shipped bed is used, or the shipped pad if the path leaves
 the bed's pose or depth or --body is given. On a body, depth_mm counts along the normal from the place where the plane
@@ -61,11 +68,13 @@ pub struct Args {
     #[arg(long, value_name = "MODEL.fpm")]
     model: Option<PathBuf>,
     /// Path of the plane (CSV); - for standard input
-    #[arg(long, value_name = "PATH.csv", required_unless_present = "runs")]
+    #[arg(long, value_name = "PATH.csv", required_unless_present_any = ["runs", "observe"])]
     path: Option<PathBuf>,
     /// Measured runs (CSV) in place of a path; - for standard input
     #[arg(long, value_name = "RUNS.csv", conflicts_with = "path")]
     runs: Option<PathBuf>,
+    #[command(flatten)]
+    observe: ObserveArgs,
     #[command(flatten)]
     conditions: Conditions,
     #[command(flatten)]
@@ -174,8 +183,14 @@ const PREDICTION: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (mut file, mut model_name) = model::load_any(args.model.as_deref())?;
-    let inputs = [("--model", &args.model), ("--path", &args.path), ("--runs", &args.runs)];
-    let marks = [response_csv::header(true) + "\n", format!("{PREDICTION}\n")].map(Mark::beginning);
+    let inputs = [
+        ("--model", &args.model),
+        ("--path", &args.path),
+        ("--runs", &args.runs),
+        ("--observe", &args.observe.observe),
+    ];
+    let marks =
+        [response_csv::header(true) + "\n", format!("{PREDICTION}\n"), format!("{HEADER}\n")].map(Mark::beginning);
     let outputs = Outputs::beside(inputs.map(|(flag, path)| (flag, path.as_deref())))
         .stream("--out", &args.out, marks.into())
         .force(args.force);
@@ -192,12 +207,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let file = match file {
         Loaded::Bed(file) => file,
+        Loaded::Pad(_) if args.observe.observe.is_some() => {
+            return Err(Failure::Input(anyhow!("{model_name}: --observe needs a bed of springs")));
+        }
         Loaded::Pad(file) => return on_pad(args, &file, outputs, &model_name, shipped_path),
     };
     if args.body.is_given() {
         return Err(Failure::Input(anyhow!(
             "{model_name}: a bed of springs supports the plane only; a pad supports other bodies"
         )));
+    }
+    if let Some(log) = &args.observe.observe {
+        return super::observe::run(&args.observe, log, &file, outputs, &args.out);
     }
     match (&args.runs, &args.path) {
         (Some(runs), _) => {

@@ -35,6 +35,7 @@ mod identify;
 mod interrupt;
 mod mesh;
 mod model;
+mod observe;
 mod outputs;
 mod pad;
 mod phantom;
@@ -68,7 +69,10 @@ use progress::{Bar, Bars, bar, show};
 /// tau_crit = tau_0 + lambda sigma^beta. Units: mm, N, s, MPa.
 #[derive(Parser)]
 #[command(name = "fingerpad", version, max_term_width = 110)]
-#[command(after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 130 interrupted.")]
+#[command(
+    after_help = "Exit codes: 0 done, 2 bad usage or input, 3 the numerics failed, 4 a model was made and is not good enough, \
+                  130 interrupted."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -83,7 +87,7 @@ enum Command {
     /// Follow a path of the plane with the finite-element model
     Simulate(simulate::Args),
     /// Name the physical effect that measured runs show and the model does not contain
-    Diagnose(diagnose::Args),
+    Diagnose(Box<diagnose::Args>),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
     /// Make the model file of your finger: runs of a design of experiments, fit, report
@@ -189,6 +193,7 @@ impl Model {
             Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
             None => {}
         }
+        plausibility::warn_of_stiffness(&config.tissue);
         Ok((config, identify, design))
     }
 }
@@ -211,6 +216,8 @@ enum Failure {
     Input(anyhow::Error),
     /// The numerics failed: 3.
     Numerics(anyhow::Error),
+    /// A model was made and is not good enough: 4.
+    NotGoodEnough(String),
     /// Ctrl-C: 130.
     Interrupted(String),
 }
@@ -262,6 +269,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Err(Failure::Numerics(error)) => {
             eprintln!("error: {}", with_causes(&error));
             3
+        }
+        Err(Failure::NotGoodEnough(what)) => {
+            eprintln!("error: {what}");
+            4
         }
         Err(Failure::Interrupted(kept)) => {
             eprintln!("interrupted: {kept}");

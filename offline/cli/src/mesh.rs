@@ -9,6 +9,7 @@ use fingerpad_fe::mesh::{Fingertip, QualityReport, Region, imported::ImportRepor
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 
+use super::plausibility::warn_of_size;
 use super::{Failure, Mark, Model, Outputs, bar, go_on, progress, run_failure, show};
 
 /// Write the fingertip's mesh, or the whole problem for another program.
@@ -86,6 +87,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .force(args.force)
         .prepare()?;
     let (fingertip, origin) = progress::during("mesh", |_| config.fingertip())?;
+    warn_of_size(&config, &fingertip.mesh);
     let touch = fingertip.touch;
     let pressed = args.deck_element.map(|element| press_of_deck(&config, fingertip.clone(), element)).transpose()?;
     let finger = Finger::new(fingertip, &config.tissue).map_err(ConfigError::from)?;
@@ -235,6 +237,7 @@ fn print_import(report: &ImportReport) {
         report.tie_moved_mm,
         report.attached_nodes
     );
+    report.renumbered.iter().for_each(|change| println!("{change}"));
     if !report.ignored.is_empty() {
         println!("not read: {}", report.ignored.join(", "));
     }

@@ -8,12 +8,12 @@ use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce::Run;
 use fingerpad_reduce::pad::{FitLimits, MOST_PATCHES, MadePad, PadSettings, PadSize, make_pad};
+use fingerpad_reduce::{Run, Tip, outline};
 
 use super::progress::during;
 use super::reduce::read_runs;
-use super::{Failure, Model, Outputs, make_finger_for};
+use super::{Failure, Model, Outputs, make_finger, make_finger_for};
 
 /// Make the pad of a finger: the reduced model for every pose, every rigid body and the forces of a hand
 #[derive(clap::Args)]
@@ -61,7 +61,7 @@ fn patches(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Depth of the paths whose contacts the patches share out, mm. Deeper contacts lie on the same patches and on the bulk's stiffening:
+/// Depth of the paths whose contacts the patches share out, on a tip of the shipped finger's size, mm. Deeper contacts lie on the same patches and on the bulk's stiffening:
 /// patches for their whole skin would be too large for the usual ones.
 const SKIN_MM: f64 = 3.0;
 
@@ -99,27 +99,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         limits: FitLimits { patience: args.patience, hold: false },
         ..PadSettings::default()
     };
-    make(&config, &runs, &settings, &args.out)?;
+    write(&make(&config, &runs, settings)?.0, &args.out)
+}
+
+/// Makes the pad of a finger from its runs and prints the errors along held-out runs; returns the finger's surface too.
+pub(super) fn make(config: &Config, runs: &[Run], settings: PadSettings) -> Result<(MadePad, Outline), Failure> {
+    let tip = Tip::of(&make_finger(config)?.0, &config.tissue, &config.friction)?;
+    let skin_mm = SKIN_MM * tip.length;
+    let paths: Vec<&load_path::Path> =
+        runs.iter().map(|run| &run.path).filter(|path| deepest_mm(path) <= skin_mm).collect();
+    let finger = make_finger_for(config, &paths)?.0;
+    let outline = outline(&finger);
+    let settings = PadSettings { tip, friction: config.friction, ..settings };
+    let made = during("fit of the pad", |_| make_pad(&finger, &outline, runs, &settings))?;
+    print_summary(&made);
+    Ok((made, outline))
+}
+
+/// Writes the model file of a pad.
+pub(super) fn write(made: &MadePad, out: &Path) -> Result<(), Failure> {
+    let bytes = made.file()?;
+    atomic_write(out, |w| w.write_all(&bytes))?;
+    println!("{}: {} bytes", out.display(), bytes.len());
     Ok(())
 }
 
-/// Makes the pad of a finger from its runs, writes its model file and prints the errors along held-out runs.
-pub(super) fn make(config: &Config, runs: &[Run], settings: &PadSettings, out: &Path) -> Result<Vec<u8>, Failure> {
-    let paths: Vec<&load_path::Path> =
-        runs.iter().map(|run| &run.path).filter(|path| deepest_mm(path) <= SKIN_MM).collect();
-    let finger = make_finger_for(config, &paths)?.0;
-    let outline = finger.outline.clone().unwrap_or_else(|| {
-        let pad = finger.mesh.pad_nodes().into_iter().map(|node| finger.mesh.nodes[node as usize]).collect();
-        Outline::of_points(pad, &finger.mesh.nodes)
-    });
-    let made = during("fit of the pad", |_| make_pad(&finger, &outline, runs, settings))?;
-    let bytes = made.file()?;
-    atomic_write(out, |w| w.write_all(&bytes))?;
-    print_summary(&made, out, bytes.len());
-    Ok(bytes)
-}
-
-fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
+fn print_summary(made: &MadePad) {
     let [fitted, of_bands] = made.meta.fitted_runs;
     println!(
         "{} patches, fitted to {fitted} runs, bands by {of_bands}; along the held-out runs:",
@@ -140,5 +145,4 @@ fn print_summary(made: &MadePad, out: &Path, bytes: usize) {
             s.centre_mm
         );
     }
-    println!("{}: {bytes} bytes", out.display());
 }

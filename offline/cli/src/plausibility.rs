@@ -1,7 +1,9 @@
 //! Warnings about inputs that are valid numbers and probably in another unit or of another sign; on standard error.
 
 use fingerpad::Regime;
-use fingerpad_fe::load_path::{Drive, Path, Response};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::load_path::{Drive, Path, Response, Tissue};
+use fingerpad_fe::mesh::Mesh;
 
 /// Depths beyond which a path's column is probably in another unit, mm.
 const IN_METRES_MM: f64 = 0.02;
@@ -30,6 +32,42 @@ pub fn warn_of_no_contact(path: &Path, responses: &[Response]) {
     let presses = path.waypoints.iter().any(|w| w.normal > 0.0);
     if presses && responses.iter().all(|r| r.regime == Regime::NoContact) {
         eprintln!("warning: there is no contact along the whole path");
+    }
+}
+
+/// Warns of stiffnesses that are probably in another unit; those that nothing can be computed with are refused with the mesh.
+pub fn warn_of_stiffness(tissue: &Tissue) {
+    for (section, doubt) in tissue.doubts().into_iter().filter(|(_, doubt)| !doubt.is_refused) {
+        eprintln!("warning: {section}: {}", doubt.sentence);
+    }
+}
+
+/// Longest side of the box around a fingertip's mesh, mm.
+const FINGERTIP_MM: [f64; 2] = [3.0, 300.0];
+/// Units of length, mm.
+const LENGTH_UNITS: [(&str, f64); 4] = [("cm", 10.0), ("inches", 25.4), ("m", 1e3), ("um", 1e-3)];
+
+/// Warns of an imported mesh that is small or large for a fingertip.
+pub fn warn_of_size(config: &Config, mesh: &Mesh) {
+    let Some(imported) = &config.imported else { return };
+    let extent = |axis: usize| {
+        let (low, high) = mesh.nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
+            (low.min(place[axis]), high.max(place[axis]))
+        });
+        high - low
+    };
+    let longest_mm = (0..3).map(extent).fold(0.0, f64::max);
+    let [least, most] = FINGERTIP_MM;
+    if (least..=most).contains(&longest_mm) {
+        return;
+    }
+    let guesses: Vec<String> = LENGTH_UNITS
+        .iter()
+        .filter(|(_, factor)| (least..=most).contains(&(longest_mm * factor)))
+        .map(|(unit, factor)| format!("{unit} (unit_mm = {})", imported.unit_mm * factor))
+        .collect();
+    if !guesses.is_empty() {
+        eprintln!("warning: the imported mesh is {longest_mm:.3} mm long; is the file in {}?", guesses.join(" or "));
     }
 }
 

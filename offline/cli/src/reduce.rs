@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::Context;
+use fingerpad_fe::contact::RubberFriction;
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{
@@ -104,10 +105,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some(folder) = args.runs.as_deref().filter(|_| args.design) {
         let share = args.task.unwrap_or(Share::ALL);
+        let outputs = outputs.folder("--runs", folder, &[]);
+        if !args.check {
+            outputs.prepare()?;
+        }
+        let design_settings = super::finger::with_tip(&config, &design_settings)?;
         if args.check {
             return design::check(&config, &design_settings, folder, share);
         }
-        outputs.folder("--runs", folder, &[]).prepare()?;
         design::run(&config, &design_settings, folder, share, args.jobs)?;
     } else {
         outputs.prepare()?;
@@ -121,9 +126,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let runs = representable(runs);
     let settings = Settings { restarts: args.restarts, ..Settings::default() };
-    let reduced = fit(&runs, &[], config.friction.beta, &settings, out)?;
+    let reduced = fit(&runs, &[], &config.friction, &settings)?;
+    write(&reduced, &runs, out)?;
     if let Some(folder) = &args.report {
-        write_report(folder, &runs, &reduced, config.friction.beta, args.curve.then_some(&settings))?;
+        write_report(folder, &runs, &reduced, &config.friction, args.curve.then_some(&settings), &[])?;
     }
     Ok(())
 }
@@ -147,15 +153,14 @@ pub(super) fn representable(runs: Vec<Run>) -> Vec<Run> {
     known
 }
 
-/// Fits, prints the errors and writes the model file.
+/// Fits a bed of springs.
 ///
 /// * `beside`: runs of a pad of the same finger, which enter the fit too
 pub(super) fn fit(
     runs: &[Run],
     beside: &[Run],
-    exponent: f64,
+    friction: &RubberFriction,
     settings: &Settings,
-    out: &Path,
 ) -> Result<Reduced, Failure> {
     let early = runs.iter().filter(|r| r.ended_early.is_some()).count();
     let hash = runs.first().map_or("", |r| &r.settings_hash);
@@ -167,23 +172,27 @@ pub(super) fn fit(
     let reduced = reduce::reduce(
         runs,
         beside,
-        exponent,
+        friction,
         settings,
         &FitProgress::new(&|at: FitStage| {
             bar.set(at.done, at.all, format!("iteration {}", at.iteration));
         }),
     );
     bar.finish_and_clear();
-    let reduced = reduced?;
+    Ok(reduced?)
+}
+
+/// Writes the model file of a bed and prints its errors.
+pub(super) fn write(reduced: &Reduced, runs: &[Run], out: &Path) -> Result<(), Failure> {
     let bytes = reduced.file(&[])?;
     atomic_write(out, |w| w.write_all(&bytes))?;
-    print_summary(&reduced);
+    print_summary(reduced);
     println!("{}: {} bytes", out.display(), bytes.len());
     // Runs of a pad have no finite elements to compare with.
     if runs.iter().any(|run| run.cpu_s > 0.0) {
-        print_speed(runs, &reduced)?;
+        print_speed(runs, reduced)?;
     }
-    Ok(reduced)
+    Ok(())
 }
 
 /// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it, which takes minutes:
@@ -192,11 +201,12 @@ pub(super) fn write_report(
     folder: &Path,
     runs: &[Run],
     reduced: &Reduced,
-    exponent: f64,
+    friction: &RubberFriction,
     curve: Option<&Settings>,
+    verdict: &[Vec<String>],
 ) -> Result<(), Failure> {
     let write = |points: &[CurvePoint]| -> Result<(), Failure> {
-        let report = report::reduced_report(runs, reduced, points).map_err(|e| Failure::Numerics(e.into()))?;
+        let report = report::reduced_report(runs, reduced, points, verdict).map_err(|e| Failure::Numerics(e.into()))?;
         let rendered = report::render_reduced(&report).map_err(|e| Failure::Numerics(e.into()))?;
         let figures = rendered.figures.len();
         results::write(folder, &rendered.files("", "reduced"))?;
@@ -206,7 +216,7 @@ pub(super) fn write_report(
     write(&[])?;
     if let Some(settings) = curve {
         let points = during("other sizes", |set_activity| {
-            reduce::curve(runs, exponent, settings, |share| {
+            reduce::curve(runs, friction, settings, |share| {
                 set_activity(&format!("other sizes, {:.0} %", 100.0 * share));
                 true
             })

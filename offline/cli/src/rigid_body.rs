@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use fingerpad_fe::contact::RigidBody;
 use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
-use fingerpad_fe::load_path::Finger;
+use fingerpad_fe::load_path::{Finger, Response};
 
 /// The rigid body that the finger touches.
 #[derive(clap::Args)]
@@ -83,6 +84,34 @@ pub fn warn_of_fine_body(config: &Config, finger: &Finger) {
         eprintln!(
             "warning: the radius of the body, {radius_mm} mm, is small for a mesh with faces of {size_mm:.2} mm where it may touch: \
              forces hold roughly, the area does not; take a finer --mesh-preset"
+        );
+    }
+}
+
+/// Share of the contact's radius by which it may reach beyond a grid of heights.
+const BEYOND: f64 = 0.1;
+
+/// Warns of a contact that reaches beyond the grid of a height field, whose border goes on there.
+pub fn warn_of_contact_beyond(finger: &Finger, responses: &[Response]) {
+    let RigidBody::Heights(field) = &finger.rigid_body else { return };
+    let side = |k: usize| [field.origin_mm[k], field.origin_mm[k] + field.spacing_mm[k] * (field.nodes[k] - 1) as f64];
+    let beyond = responses.iter().find_map(|r| {
+        // The contact as a circle, in the axes of the body.
+        let radius_mm = (r.contact_area_mm2 / std::f64::consts::PI).sqrt();
+        let [x, y] = [r.centre_of_pressure_mm[0] - r.slide_x_mm, r.centre_of_pressure_mm[1] - r.slide_y_mm];
+        let (sin, cos) = r.spin_deg.to_radians().sin_cos();
+        let middle = [cos * x + sin * y, cos * y - sin * x];
+        let room = (1.0 - BEYOND) * radius_mm;
+        let outside = |k: usize| middle[k] - room < side(k)[0] || middle[k] + room > side(k)[1];
+        ((0..2).any(outside) && radius_mm > 0.0).then_some((r.t_s, middle, radius_mm))
+    });
+    if let Some((t_s, [x, y], radius_mm)) = beyond {
+        let number = |value: f64| fingerpad_formats::significant(value, 4);
+        let ([x0, x1], [y0, y1]) = (side(0).map(number), side(1).map(number));
+        let t_s = number(t_s);
+        eprintln!(
+            "warning: at t = {t_s} s the contact, about {radius_mm:.2} mm in radius at x = {x:.2} mm, y = {y:.2} mm of the grid, reaches beyond \
+             the heights, which are given from {x0} to {x1} mm and from {y0} to {y1} mm; there the heights of the border go on"
         );
     }
 }

@@ -45,8 +45,8 @@ pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
-    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Diagnosis, Disagreement, EffectFound,
-    FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter, GroupDiagnosis,
+    Baseline, BaselineParameter, CandidateLaw, Caution, Confirmed, CrossValidationError, Diagnosis, Disagreement,
+    EffectFound, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter, GroupDiagnosis,
     GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated,
     PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability,
     UnexplainedFound, Verdict, minutes,
@@ -61,9 +61,11 @@ pub use verdict::dry_run::preflight_report;
 pub use verdict::evidence::{DriverPlot, Evidence};
 pub use verdict::exchanged::varied_in_calibration;
 pub use verdict::group::{FEWEST, FingerSets, diagnose_group};
+pub use verdict::next_step::next_step;
 pub use verdict::options::Options;
 pub use verdict::power::{PowerSettings, power};
 pub use verdict::redecision::{Outcome, Redecision};
 pub use verdict::regions::{BINS, CHANNELS, COLUMNS};
 pub use verdict::stability::stability;
+pub use verdict::survey::{Survey, SurveyError, survey};
 pub use verdict::traces::ForceTrace;

@@ -36,6 +36,11 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// Line of the header.
+    pub fn header_line(&self) -> usize {
+        self.header_line
+    }
+
     /// Reads the file and checks that its columns are among `known` and unique, and that each row has as many cells.
     pub fn read(path: &Path, known: &[&str]) -> Result<Self, Error> {
         Self::parse_as(path, &text(path)?, known, &ColumnNames::default(), false)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{Columns, Error, nrrd};
+use crate::unit;
 
 /// Heights at the nodes of a regular grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,9 +20,11 @@ pub struct Heights {
 
 /// Largest distance of a node from the grid, share of the spacing.
 const OFF_GRID: f64 = 1e-3;
+/// Units that a column may have, by the ending of its name.
+const UNITS: [&str; 5] = ["mm", "m", "cm", "um", "nm"];
 
-/// Reads a height field: columns `x_mm`, `y_mm`, `height_mm` in any order of rows, or, of a name that ends in `.nrrd` or `.nhdr`, two
-/// axes of heights in mm, whose middle is the origin.
+/// Reads a height field: columns `x_mm`, `y_mm`, `height_mm` in any order of rows, each also in m, cm, um or nm (`height_um`), or, of a
+/// name that ends in `.nrrd` or `.nhdr`, two axes of heights in mm, whose middle is the origin.
 ///
 /// # Errors
 /// [`Error`] that names line and value: a node that is off the grid, occurs twice or is missing.
@@ -33,13 +36,28 @@ pub fn read(path: &Path) -> Result<Heights, Error> {
         let origin_mm = [-0.5 * spacing_mm[0] * (nx - 1) as f64, -0.5 * spacing_mm[1] * (ny - 1) as f64];
         return Ok(Heights { nodes: [nx, ny], spacing_mm, origin_mm, heights_mm });
     }
-    let columns = Columns::read(path, &["x_mm", "y_mm", "height_mm"])?;
+    let names: Vec<String> =
+        ["x", "y", "height"].iter().flat_map(|name| UNITS.map(|unit| format!("{name}_{unit}"))).collect();
+    let columns = Columns::read(path, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
     columns.need_rows(16)?;
-    let of = [columns.need("x_mm")?, columns.need("y_mm")?, columns.need("height_mm")?];
+    // Each column, and the length of its unit.
+    let column = |k: usize| {
+        let names = &names[k * UNITS.len()..][..UNITS.len()];
+        let mut found = names.iter().zip(UNITS).filter(|(name, _)| columns.find(name).is_some());
+        let (name, unit) = found.next().unwrap_or((&names[0], UNITS[0]));
+        if let Some((other, _)) = found.next() {
+            let (column, other) = (other.clone(), name.clone());
+            return Err(Error::Conflict { path: path.to_path_buf(), line: columns.header_line(), column, other });
+        }
+        Ok((columns.need(name)?, unit::find(&names[0], unit).map_or(1.0, |unit| unit.factor)))
+    };
+    let of = [column(0)?, column(1)?, column(2)?];
     let mut rows = Vec::with_capacity(columns.rows.len());
     for row in &columns.rows {
-        rows.push([columns.number(row, of[0])?, columns.number(row, of[1])?, columns.number(row, of[2])?]);
+        let number = |k: usize| columns.number(row, of[k].0).map(|value| value * of[k].1);
+        rows.push([number(0)?, number(1)?, number(2)?]);
     }
+    let of = of.map(|(place, _)| place);
     let axis = |k: usize| {
         let mut places: Vec<f64> = rows.iter().map(|row| row[k]).collect();
         places.sort_by(f64::total_cmp);
@@ -112,5 +130,28 @@ mod tests {
         assert!(parse("h.csv", off.as_bytes()).is_err());
         let head = "NRRD0004\ntype: float\ndimension: 3\nsizes: 5 4 1\nspacings: 1 1 1\nencoding: ascii\n\n";
         assert!(parse("h.nrrd", head.as_bytes()).unwrap_err().contains("is not 2"));
+    }
+
+    #[test]
+    fn every_column_has_a_unit_of_its_own() {
+        let field = parse("h.csv", table(99).as_bytes()).unwrap();
+        for (header, factors) in [("x_m,y_um,height_nm", [1e-3, 1e3, 1e6]), ("x_cm,y_mm,height_um", [0.1, 1.0, 1e3])] {
+            let row = |line: &str| {
+                let cells =
+                    line.split(',').zip(factors).map(|(cell, f)| (cell.parse::<f64>().unwrap() * f).to_string());
+                cells.collect::<Vec<_>>().join(",")
+            };
+            let rows: Vec<String> = table(99).lines().skip(1).map(row).collect();
+            let other = parse("h.csv", format!("{header}\n{}\n", rows.join("\n")).as_bytes()).unwrap();
+            assert_eq!(other.nodes, field.nodes);
+            let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+            assert!(
+                same(&other.spacing_mm, &field.spacing_mm) && same(&other.heights_mm, &field.heights_mm),
+                "{other:?}"
+            );
+        }
+        let twice = parse("h.csv", table(99).replace("x_mm,y_mm", "x_mm,x_um").as_bytes()).unwrap_err();
+        assert!(twice.contains("`x_um`") && twice.contains("`x_mm`"), "{twice}");
+        assert!(parse("h.csv", b"x_mm,y_mm,z\n").unwrap_err().contains("unknown column `z`"));
     }
 }

@@ -1,91 +1,234 @@
-//! NIfTI-1 label volumes, `.nii` and `.nii.gz`; read by the `nifti` crate, header written here.
+//! NIfTI label volumes of versions 1 and 2, `.nii` and `.nii.gz`.
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 
-use flate2::{Compression, write::GzEncoder};
+use flate2::{Compression, read::MultiGzDecoder, write::GzEncoder};
 use nalgebra::{Matrix3, Quaternion, Vector3};
-use nifti::{
-    DataElement, InMemNiftiVolume, NiftiError, NiftiHeader, NiftiObject, NiftiType, NiftiVolume, ReaderOptions, Unit,
-};
 
 use super::{Error, atomic_write, volume};
 use crate::label_volume::LabelVolume;
+use crate::significant;
+
+/// Share by which two lengths of one voxel may differ: header fields are rounded.
+const SAME_LENGTH: f64 = 1e-3;
 
 /// Reads a label volume. A fourth axis of length 1 is ignored.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Content`], with the value.
 pub fn read(path: &Path) -> Result<LabelVolume, Error> {
-    let problem = |problem: String| Error::Content { path: path.to_path_buf(), problem };
-    let object = ReaderOptions::new().read_file(path).map_err(|error| match error {
-        NiftiError::Io(source) if source.kind() == std::io::ErrorKind::UnexpectedEof => {
-            problem("the file ends before its data do".into())
-        }
-        NiftiError::Io(source) => Error::File { path: path.to_path_buf(), source },
-        other => problem(other.to_string()),
-    })?;
-    let header = object.header().clone();
-    let dims: Vec<usize> = object.volume().dim().iter().map(|n| usize::from(*n)).collect();
-    let size = match dims.as_slice() {
+    let bytes = std::fs::read(path).map_err(|source| Error::File { path: path.to_path_buf(), source })?;
+    parse(bytes).map_err(|problem| Error::Content { path: path.to_path_buf(), problem })
+}
+
+/// The volume; an error is a sentence.
+fn parse(mut bytes: Vec<u8>) -> Result<LabelVolume, String> {
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        let mut raw = Vec::new();
+        let unzipped = MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut raw);
+        unzipped.map_err(|error| format!("the file ends before its data do, or is damaged: {error}"))?;
+        bytes = raw;
+    }
+    let header = Header::parse(&bytes)?;
+    let size = match header.dims.as_slice() {
         [i, j, k, rest @ ..] if rest.iter().all(|n| *n == 1) => [*i, *j, *k],
-        _ => return Err(problem(format!("dimensions {dims:?}: a label volume has three axes, one label per voxel"))),
+        dims => return Err(format!("dimensions {dims:?}: a label volume has three axes, one label per voxel")),
     };
-    let unit_mm = match header.xyzt_to_space() {
-        Ok(Unit::Meter) => 1000.0,
-        Ok(Unit::Micron) => 1e-3,
-        Ok(_) | Err(_) => 1.0,
+    let steps_mm = header.steps()?.map(|step| step * header.unit_mm);
+    volume::check_steps(&steps_mm)?;
+    let (scalar, number) = header.scalar()?;
+    let count = size.iter().try_fold(scalar, |n, s| n.checked_mul(*s)).ok_or("the sizes do not fit in memory")?;
+    let data = bytes.get(header.data_from..).unwrap_or_default();
+    if data.len() < count {
+        return Err(format!("the file ends before its data do: {} of {count} bytes", data.len()));
+    }
+    if data.len() > count {
+        return Err(volume::too_long(data.len(), count, size));
+    }
+    let scaled = header.slope.is_finite() && header.shift.is_finite() && header.slope != 0.0;
+    let scale = |v: f64| if scaled { v * header.slope + header.shift } else { v };
+    let value = |chunk: &[u8]| {
+        let mut little = [0; 8];
+        little[..scalar].copy_from_slice(chunk);
+        if header.big_endian {
+            little[..scalar].reverse();
+        }
+        scale(number(little))
     };
-    let steps_mm = steps(&header).map_err(problem)?.map(|step| step * unit_mm);
-    volume::check_steps(&steps_mm).map_err(problem)?;
-    let values = values(object.into_volume(), &header).map_err(problem)?;
-    let labels = volume::labels(values.into_iter(), size).map_err(problem)?;
+    let labels = volume::labels(data.chunks_exact(scalar).map(value), size)?;
     Ok(LabelVolume { size, steps_mm, labels })
 }
 
-/// The voxels' values, scaled by the header's factors.
-fn values(volume: InMemNiftiVolume, header: &NiftiHeader) -> Result<Vec<f64>, String> {
-    fn typed<T: DataElement + Copy>(volume: InMemNiftiVolume, number: fn(T) -> f64) -> Result<Vec<f64>, NiftiError> {
-        Ok(volume.into_nifti_typed_data::<T>()?.into_iter().map(number).collect())
-    }
-    let kind = volume.data_type();
-    let raw = match kind {
-        NiftiType::Uint8 => typed::<u8>(volume, f64::from),
-        NiftiType::Int8 => typed::<i8>(volume, f64::from),
-        NiftiType::Uint16 => typed::<u16>(volume, f64::from),
-        NiftiType::Int16 => typed::<i16>(volume, f64::from),
-        NiftiType::Uint32 => typed::<u32>(volume, f64::from),
-        NiftiType::Int32 => typed::<i32>(volume, f64::from),
-        NiftiType::Float32 => typed::<f32>(volume, f64::from),
-        NiftiType::Float64 => typed::<f64>(volume, |v| v),
-        _ => return Err(format!("values of type {kind:?}: labels are whole numbers")),
-    };
-    let (slope, shift) = (f64::from(header.scl_slope), f64::from(header.scl_inter));
-    let scaled = slope.is_finite() && shift.is_finite() && slope != 0.0;
-    let scale = |v: f64| if scaled { v * slope + shift } else { v };
-    Ok(raw.map_err(|e| e.to_string())?.into_iter().map(scale).collect())
+/// Fields of the header that a volume needs.
+struct Header {
+    big_endian: bool,
+    dims: Vec<usize>,
+    datatype: i64,
+    pixdim: [f64; 4],
+    data_from: usize,
+    slope: f64,
+    shift: f64,
+    unit_mm: f64,
+    has_qform: bool,
+    has_sform: bool,
+    /// Parts b, c, d of the quaternion.
+    quaternion: [f64; 3],
+    rows: [[f64; 3]; 3],
 }
 
-/// Steps of the voxels: of the sform if there is one, else of the qform, else the bare spacings.
-fn steps(header: &NiftiHeader) -> Result<[Vector3<f64>; 3], String> {
-    let pixdim = [1, 2, 3].map(|axis| f64::from(header.pixdim[axis]));
-    if header.sform_code > 0 {
-        let rows = [header.srow_x, header.srow_y, header.srow_z];
-        return Ok([0, 1, 2].map(|axis| Vector3::from(rows.map(|row| f64::from(row[axis])))));
+/// Numbers of a header in its byte order.
+struct Fields<'a> {
+    bytes: &'a [u8],
+    big_endian: bool,
+}
+
+impl Fields<'_> {
+    /// `N` bytes, the lowest first. The header is there in full.
+    fn at<const N: usize>(&self, from: usize) -> [u8; N] {
+        let mut found = [0; N];
+        found.copy_from_slice(&self.bytes[from..from + N]);
+        if self.big_endian {
+            found.reverse();
+        }
+        found
     }
-    if !pixdim.iter().all(|s| s.is_finite() && *s > 0.0) {
-        return Err(format!("spacings {pixdim:?}: they must be positive numbers of mm"));
+
+    fn i16(&self, from: usize) -> i64 {
+        i16::from_le_bytes(self.at(from)).into()
     }
-    let turn = if header.qform_code > 0 {
-        let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
-        let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
-        let turn = nalgebra::UnitQuaternion::from_quaternion(Quaternion::new(a, b, c, d));
-        let mirror = if header.pixdim[0] < 0.0 { -1.0 } else { 1.0 };
-        turn.to_rotation_matrix().matrix() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, mirror))
-    } else {
-        Matrix3::identity()
-    };
-    Ok([0, 1, 2].map(|axis| turn.column(axis) * pixdim[axis]))
+
+    fn i32(&self, from: usize) -> i64 {
+        i32::from_le_bytes(self.at(from)).into()
+    }
+
+    fn i64(&self, from: usize) -> i64 {
+        i64::from_le_bytes(self.at(from))
+    }
+
+    fn f32(&self, from: usize) -> f64 {
+        f32::from_le_bytes(self.at(from)).into()
+    }
+
+    fn f64(&self, from: usize) -> f64 {
+        f64::from_le_bytes(self.at(from))
+    }
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let Some(first) = bytes.first_chunk::<4>() else { return Err("the file ends before its data do".into()) };
+        let (length, big_endian) = match (i32::from_le_bytes(*first), i32::from_be_bytes(*first)) {
+            (length @ (348 | 540), _) => (length as usize, false),
+            (_, length @ (348 | 540)) => (length as usize, true),
+            _ => return Err("is no NIfTI file: it does not begin with the length of a header, 348 or 540".into()),
+        };
+        if bytes.len() < length {
+            return Err("the file ends before its data do".into());
+        }
+        let is_first = length == 348;
+        let magic = if is_first { &bytes[344..348] } else { &bytes[4..8] };
+        match magic {
+            [b'n', b'+', ..] => {}
+            [b'n', b'i', ..] => {
+                return Err("has its data in another file (.img): convert it to one file, .nii".into());
+            }
+            _ => return Err(format!("is no NIfTI file: its mark is {:?}", String::from_utf8_lossy(magic))),
+        }
+        let fields = Fields { bytes, big_endian };
+        let real = |at: usize, then: usize| if is_first { fields.f32(at) } else { fields.f64(then) };
+        let dim = |k: usize| if is_first { fields.i16(40 + 2 * k) } else { fields.i64(16 + 8 * k) };
+        let code = |at: usize, then: usize| if is_first { fields.i16(at) } else { fields.i32(then) };
+        let axes = dim(0);
+        let dims = (1..=axes.clamp(0, 7) as usize).map(|k| usize::try_from(dim(k)).ok().filter(|n| *n > 0));
+        let dims: Option<Vec<usize>> = dims.collect();
+        let dims = dims.filter(|_| (1..=7).contains(&axes));
+        let dims = dims.ok_or_else(|| format!("dimensions {:?}: they must be positive", [0, 1, 2, 3].map(dim)))?;
+        // 3 bits for space, 3 for time.
+        let unit_mm = match if is_first { i64::from(bytes[123]) } else { fields.i32(500) } & 7 {
+            1 => 1000.0,
+            3 => 1e-3,
+            _ => 1.0,
+        };
+        let offset = if is_first { fields.f32(108) } else { fields.i64(168) as f64 };
+        // Some writers leave it out.
+        let data_from = if offset >= length as f64 { offset as usize } else { length + 4 };
+        Ok(Self {
+            big_endian,
+            dims,
+            datatype: fields.i16(if is_first { 70 } else { 12 }),
+            pixdim: [0, 1, 2, 3].map(|k| real(76 + 4 * k, 104 + 8 * k)),
+            data_from,
+            slope: real(112, 176),
+            shift: real(116, 184),
+            unit_mm,
+            has_qform: code(252, 344) > 0,
+            has_sform: code(254, 348) > 0,
+            quaternion: [0, 1, 2].map(|k| real(256 + 4 * k, 352 + 8 * k)),
+            rows: [0, 1, 2].map(|row| [0, 1, 2].map(|k| real(280 + 16 * row + 4 * k, 400 + 32 * row + 8 * k))),
+        })
+    }
+
+    /// Bytes of a value, and how to read one from its bytes, the lowest first.
+    fn scalar(&self) -> Result<(usize, fn([u8; 8]) -> f64), String> {
+        macro_rules! of {
+            ($t:ty) => {
+                (size_of::<$t>(), |b: [u8; 8]| <$t>::from_le_bytes(*b.first_chunk().expect("at most 8")) as f64)
+            };
+        }
+        Ok(match self.datatype {
+            2 => of!(u8),
+            4 => of!(i16),
+            8 => of!(i32),
+            16 => of!(f32),
+            64 => of!(f64),
+            256 => of!(i8),
+            512 => of!(u16),
+            768 => of!(u32),
+            1024 => of!(i64),
+            1280 => of!(u64),
+            other => {
+                return Err(format!(
+                    "values of type {other} (a colour, a complex number, ...): labels are whole numbers"
+                ));
+            }
+        })
+    }
+
+    /// Steps of the voxels: of the sform if there is one, else of the qform, else the bare spacings.
+    fn steps(&self) -> Result<[Vector3<f64>; 3], String> {
+        let pixdim = [self.pixdim[1], self.pixdim[2], self.pixdim[3]];
+        let has_spacings = pixdim.iter().all(|s| s.is_finite() && *s > 0.0);
+        if self.has_sform {
+            let steps = [0, 1, 2].map(|axis| Vector3::from(self.rows.map(|row| row[axis])));
+            let lengths = steps.map(|step| step.norm());
+            let differ = |(a, b): (&f64, &f64)| !((a / b - 1.0).abs() < SAME_LENGTH);
+            if has_spacings && lengths.iter().zip(&pixdim).any(differ) {
+                let size = |s: [f64; 3]| s.map(|s| significant(s * self.unit_mm, 4)).join(" x ");
+                return Err(format!(
+                    "the header has two sizes of a voxel: {} mm of the sform, {} mm of pixdim{}. Correct the wrong one \
+                     (nibabel: img.set_sform(img.get_qform()), or img.header.set_zooms)",
+                    size(lengths),
+                    size(pixdim),
+                    if self.has_qform { " and the qform" } else { "" }
+                ));
+            }
+            return Ok(steps);
+        }
+        if !has_spacings {
+            return Err(format!("spacings {pixdim:?}: they must be positive numbers of mm"));
+        }
+        let turn = if self.has_qform {
+            let [b, c, d] = self.quaternion;
+            let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
+            let turn = nalgebra::UnitQuaternion::from_quaternion(Quaternion::new(a, b, c, d));
+            let mirror = if self.pixdim[0] < 0.0 { -1.0 } else { 1.0 };
+            turn.to_rotation_matrix().matrix() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, mirror))
+        } else {
+            Matrix3::identity()
+        };
+        Ok([0, 1, 2].map(|axis| turn.column(axis) * pixdim[axis]))
+    }
 }
 
 /// Writes a volume with 8-bit labels, gzip if the name ends in `.gz`; whole or not at all.
@@ -194,7 +337,10 @@ mod tests {
             b[84..88].copy_from_slice(&f32::NAN.to_le_bytes());
         });
         assert!(no_spacing.unwrap_err().contains("spacings [0.25, NaN, 1.0]"));
-        let sheared = patched(|b| b[288..292].copy_from_slice(&0.4f32.to_le_bytes()));
+        let sheared = patched(|b| {
+            b[288..292].copy_from_slice(&0.4f32.to_le_bytes());
+            b[88..92].copy_from_slice(&1.077f32.to_le_bytes());
+        });
         assert!(sheared.unwrap_err().contains("axes 0 and 2"));
         let four = patched(|b| {
             b[40] = 4;
@@ -203,5 +349,91 @@ mod tests {
         });
         assert!(four.unwrap_err().contains("dimensions [2, 3, 1, 2]"));
         assert!(patched(|b| b[344] = b'x').is_err());
+    }
+
+    #[test]
+    fn a_voxel_of_two_sizes_is_refused_with_both() {
+        // The sform of the written file has 0.25, 0.5 and 1 mm.
+        for (change, expected) in [
+            ([0.25f32, 0.5, 0.6], "0.25 x 0.5 x 1 mm of the sform, 0.25 x 0.5 x 0.6 mm of pixdim"),
+            ([0.5, 1.0, 2.0], "0.25 x 0.5 x 1 mm of the sform, 0.5 x 1 x 2 mm of pixdim and the qform"),
+            ([1.0, 1.0, 1.0], "0.25 x 0.5 x 1 mm of the sform, 1 x 1 x 1 mm of pixdim"),
+        ] {
+            let error = patched(|b| {
+                (0..3).for_each(|k| b[80 + 4 * k..84 + 4 * k].copy_from_slice(&change[k].to_le_bytes()));
+                b[252] = u8::from(expected.ends_with("qform"));
+            });
+            let error = error.unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
+        // Spacings that are rounded, or that the writer left at 0, are none.
+        for spacing in [0.25001f32, 0.0] {
+            patched(|b| b[80..84].copy_from_slice(&spacing.to_le_bytes())).unwrap();
+        }
+    }
+
+    #[test]
+    fn data_longer_than_the_sizes_are_refused() {
+        let error = patched(|b| b.extend([0; 5])).unwrap_err();
+        assert!(error.contains("the data have 17 bytes, 5 more than the 12 of [2, 3, 2] voxels"), "{error}");
+        let error = patched(|b| b[108..112].copy_from_slice(&348f32.to_le_bytes())).unwrap_err();
+        assert!(error.contains("4 more than the 12"), "{error}");
+    }
+
+    /// The header of version 2, with an sform.
+    fn second(datatype: i16, big: bool) -> Vec<u8> {
+        let mut h = vec![0; 544];
+        let mut put = |at: usize, bytes: &[u8]| {
+            h[at..at + bytes.len()].copy_from_slice(bytes);
+            if big {
+                h[at..at + bytes.len()].reverse();
+            }
+        };
+        put(0, &540i32.to_le_bytes());
+        put(12, &datatype.to_le_bytes());
+        [3i64, 2, 3, 2, 1, 1, 1, 1].iter().enumerate().for_each(|(k, n)| put(16 + 8 * k, &n.to_le_bytes()));
+        [1.0, 0.25, 0.5, 1.0].iter().enumerate().for_each(|(k, s)| put(104 + 8 * k, &f64::to_le_bytes(*s)));
+        put(168, &544i64.to_le_bytes());
+        put(176, &1f64.to_le_bytes());
+        put(348, &1i32.to_le_bytes());
+        [0.25f64, 0.5, 1.0].iter().enumerate().for_each(|(k, s)| put(400 + 40 * k, &s.to_le_bytes()));
+        put(500, &2i32.to_le_bytes());
+        h[4..12].copy_from_slice(b"n+2\0\r\n\x1a\n");
+        h
+    }
+
+    #[test]
+    fn version_2_in_both_byte_orders_and_all_types() {
+        let expected = LabelVolume::new([2, 3, 2], [0.25, 0.5, 1.0], (0..12).collect());
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("t.nii");
+        macro_rules! check {
+            ($($code:literal $t:ty),*) => {$(
+                for big in [false, true] {
+                    let mut bytes = second($code, big);
+                    bytes.extend((0u8..12).flat_map(|n| if big { (n as $t).to_be_bytes() } else { (n as $t).to_le_bytes() }));
+                    std::fs::write(&path, &bytes).unwrap();
+                    assert_eq!(read(&path).unwrap(), expected, "{} {big}", $code);
+                    // Compressed, whatever the name says.
+                    let mut zip = GzEncoder::new(Vec::new(), Compression::default());
+                    zip.write_all(&bytes).unwrap();
+                    std::fs::write(&path, zip.finish().unwrap()).unwrap();
+                    assert_eq!(read(&path).unwrap(), expected);
+                }
+            )*};
+        }
+        check!(2 u8, 256 i8, 4 i16, 512 u16, 8 i32, 768 u32, 1024 i64, 1280 u64, 16 f32, 64 f64);
+        let refused = |bytes: Vec<u8>| {
+            std::fs::write(&path, bytes).unwrap();
+            read(&path).unwrap_err().to_string()
+        };
+        assert!(refused(second(128, false)).contains("values of type 128"));
+        assert!(refused(second(2, false)[..400].to_vec()).contains("ends before"));
+        let mut halved = second(2, false);
+        halved[400..408].copy_from_slice(&0.125f64.to_le_bytes());
+        assert!(refused(halved).contains("0.125 x 0.5 x 1 mm of the sform, 0.25 x 0.5 x 1 mm of pixdim"));
+        let mut apart = second(2, true);
+        apart[5] = b'i';
+        assert!(refused(apart).contains("another file (.img)"));
     }
 }

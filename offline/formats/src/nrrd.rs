@@ -97,7 +97,14 @@ pub(crate) fn read_values(path: &Path, axes: usize) -> Result<([usize; 3], [Vect
             let mut text = String::new();
             data.read_to_string(&mut text).map_err(file)?;
             let number = |s: &str| s.parse().map_err(|_| problem(format!("data: `{s}` is not a number")));
-            text.split_ascii_whitespace().take(count).map(number).collect::<Result<_, _>>()?
+            let words: Vec<&str> = text.split_ascii_whitespace().collect();
+            if words.len() > count {
+                let found = words.len();
+                return Err(problem(format!(
+                    "the data have {found} numbers, but {size:?} are {count}: the sizes are wrong"
+                )));
+            }
+            words.into_iter().map(number).collect::<Result<_, _>>()?
         }
         Encoding::Raw | Encoding::Gzip => {
             if encoding == Encoding::Gzip {
@@ -108,12 +115,13 @@ pub(crate) fn read_values(path: &Path, axes: usize) -> Result<([usize; 3], [Vect
                 (_, Some(big)) => big,
                 (_, None) => return Err(missing("endian")),
             };
-            let mut raw = Vec::new();
+            let (mut raw, needed) = (Vec::new(), count * bytes);
             let cut = |source| problem(format!("the data are cut off or damaged: {source}"));
-            data.by_ref().take((count * bytes) as u64).read_to_end(&mut raw).map_err(cut)?;
-            if encoding == Encoding::Gzip && raw.len() == count * bytes {
-                // Reading on makes the decoder check its sum.
-                data.read(&mut [0]).map_err(cut)?;
+            data.by_ref().take(needed as u64).read_to_end(&mut raw).map_err(cut)?;
+            // Reading on makes the decoder check its sum.
+            let more = std::io::copy(&mut data, &mut std::io::sink()).map_err(cut)? as usize;
+            if more > 0 {
+                return Err(problem(volume::too_long(needed + more, needed, size)));
             }
             if big {
                 raw.chunks_exact_mut(bytes).for_each(<[u8]>::reverse);
@@ -349,5 +357,30 @@ mod tests {
             assert!(error.contains(expected), "{error}\nshould contain: {expected}");
         }
         assert!(parse(HEAD, &[]).unwrap_err().contains("ends without the blank line"));
+    }
+
+    #[test]
+    fn data_longer_than_the_sizes_are_refused_with_both_lengths() {
+        let gzip = |data: &[u8]| {
+            let mut zip = GzEncoder::new(Vec::new(), Compression::default());
+            zip.write_all(data).unwrap();
+            zip.finish().unwrap()
+        };
+        let bytes = [1, 0, 2, 0, 3, 0, 0, 1, 9, 9, 9, 9];
+        let expected = "the data have 12 bytes, 4 more than the 8 of [2, 1, 2] voxels";
+        for (encoding, data) in [("raw", bytes.to_vec()), ("gzip", gzip(&bytes))] {
+            let header = format!("{HEAD}endian: little\nencoding: {encoding}\n");
+            let error = parse(&format!("{header}\n"), &data).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+            // Detached data.
+            let dir = tempfile::tempdir().unwrap();
+            std::fs::write(dir.path().join("data"), &data).unwrap();
+            let path = dir.path().join("t.nhdr");
+            std::fs::write(&path, format!("{header}data file: data\n")).unwrap();
+            let error = read(&path).unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+        let error = parse(&format!("{HEAD}encoding: ascii\n\n"), b"1 2 3 4 5\n").unwrap_err();
+        assert!(error.contains("the data have 5 numbers, but [2, 1, 2] are 4"), "{error}");
     }
 }

@@ -13,9 +13,9 @@ pub enum RawKind {
     Tet,
     /// 10-node tetrahedron, VTK order.
     Tet10,
-    /// 4-node face.
+    /// Face of four corners, which its further nodes follow.
     Quad,
-    /// 3-node face.
+    /// Face of three corners, which its further nodes follow.
     Tri,
 }
 
@@ -63,6 +63,10 @@ pub struct RawMesh {
     pub ties: Vec<RawTie>,
     /// Contents of the file that a mesh cannot represent, for a remark.
     pub ignored: Vec<String>,
+    /// Whether the file's format has the last two edge nodes of 10-node tetrahedra in the other order.
+    pub gmsh_edges: bool,
+    /// Changes of the file's numbers, as sentences.
+    pub renumbered: Vec<String>,
 }
 
 impl RawMesh {

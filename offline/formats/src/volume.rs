@@ -82,6 +82,15 @@ pub(super) fn labels(values: impl Iterator<Item = f64>, size: [usize; 3]) -> Res
     values.enumerate().map(label).collect()
 }
 
+/// The sentence that refuses data longer than the header says: which of them the voxels are is unknown.
+pub(super) fn too_long(found: usize, needed: usize, size: [usize; 3]) -> String {
+    format!(
+        "the data have {found} bytes, {} more than the {needed} of {size:?} voxels: the sizes or the type of the header are wrong, or \
+         something stands before or behind the voxels",
+        found - needed
+    )
+}
+
 /// Refuses voxel steps that are not finite, have no length or are not at right angles (to 0.1°).
 pub(super) fn check_steps(steps_mm: &[Vector3<f64>; 3]) -> Result<(), String> {
     for (axis, step) in steps_mm.iter().enumerate() {

@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{FitProgress, ReduceError, Run, Scores, Settings, fit, score};
+use fingerpad_fe::contact::RubberFriction;
 
 /// One size of the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,10 +22,10 @@ pub struct CurvePoint {
 
 fn point<const M: usize, const N: usize>(
     runs: &[Run],
-    exponent: f64,
+    friction: &RubberFriction,
     settings: &Settings,
 ) -> Result<CurvePoint, ReduceError> {
-    let fitted = fit::<M, N>(runs, &[], exponent, settings, &FitProgress::default())?;
+    let fitted = fit::<M, N>(runs, &[], friction, settings, &FitProgress::default())?;
     let data = fitted.params.try_build()?;
     let scores = score(&data.model()?, runs);
     Ok(CurvePoint { springs: M, nodes: N, bytes: size_of_val(&data), held_out: Scores::of(&scores, |s| s.held_out) })
@@ -39,11 +40,11 @@ fn point<const M: usize, const N: usize>(
 /// As [`fit`].
 pub fn curve(
     runs: &[Run],
-    exponent: f64,
+    friction: &RubberFriction,
     settings: &Settings,
     mut go_on: impl FnMut(f64) -> bool,
 ) -> Result<Vec<CurvePoint>, ReduceError> {
-    type Fit = fn(&[Run], f64, &Settings) -> Result<CurvePoint, ReduceError>;
+    type Fit = fn(&[Run], &RubberFriction, &Settings) -> Result<CurvePoint, ReduceError>;
     let sizes: [Fit; 8] = [
         point::<2, 37>,
         point::<3, 37>,
@@ -60,7 +61,7 @@ pub fn curve(
         if !go_on(i as f64 / sizes.len() as f64) {
             break;
         }
-        points.push(size(&runs, exponent, settings)?);
+        points.push(size(&runs, friction, settings)?);
     }
     Ok(points)
 }

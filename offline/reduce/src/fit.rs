@@ -7,11 +7,14 @@
 
 use fingerpad::Error;
 use fingerpad::build::ParamsOf;
+use fingerpad_fe::contact::RubberFriction;
 use fingerpad_least_squares::{
     LevenbergMarquardt, MinimizationReport, Problem, TerminationReason, minimise, objective,
 };
 
+use super::full_slip::FullSlipLaw;
 use super::initial_guess::initial_guess;
+use super::pad::is_free;
 use super::parameterisation::{InitialGuess, Parameterisation, rounded};
 use super::residuals::{Compared, Replay};
 use super::spin_limit::SpinLimit;
@@ -100,7 +103,7 @@ pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
 /// Fits the form with `M` springs and `N` table nodes to those `runs` that are not held out.
 ///
 /// * `beside`: runs of another model of the same finger; each row has a tenth of the weight
-/// * `pressure_exponent`: beta of the runs' friction law
+/// * `friction`: friction law of the runs. Under Coulomb's law the strengths of the springs follow from the normal force
 ///
 /// # Errors
 /// [`ReduceError::Runs`] if there are too few runs for an initial guess, [`ReduceError::Model`] if the core refuses the fitted numbers,
@@ -108,7 +111,7 @@ pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
 pub fn fit<const M: usize, const N: usize>(
     runs: &[Run],
     beside: &[Run],
-    pressure_exponent: f64,
+    friction: &RubberFriction,
     settings: &Settings,
     progress: &FitProgress<'_>,
 ) -> Result<Fitted<M, N>, ReduceError> {
@@ -118,7 +121,7 @@ pub fn fit<const M: usize, const N: usize>(
     let weight = if beside.is_empty() { 1.0 } else { 1.0 / BESIDE };
     let weighted = runs.iter().map(|run| (run, weight)).chain(beside.iter().map(|run| (run, 1.0)));
     let (spinning, planar): (Vec<_>, Vec<_>) = weighted.filter(|(r, _)| !r.held_out).partition(|(r, _)| r.spins());
-    let layout = Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, pressure_exponent);
+    let layout = Parameterisation::new(settings.rising_knots, settings.gentle_knots, deepest, friction.beta);
     let mut stages = Stages::<M, N> {
         planar,
         spinning,
@@ -135,6 +138,18 @@ pub fn fit<const M: usize, const N: usize>(
     stages.fit_spin()?;
     let mut params = stages.layout.params::<M, N>(&stages.theta);
     let spinning: Vec<&Run> = stages.spinning.iter().map(|(run, _)| *run).collect();
+    let law = match friction {
+        _ if !is_free(friction) => Some(FullSlipLaw::coulomb(friction.lambda)),
+        // Runs of another model beside few of the finite elements: both have the same friction in full slip.
+        _ if !beside.is_empty() => FullSlipLaw::of(&stages.planar),
+        _ => None,
+    };
+    if let Some(law) = law {
+        law.bind(&mut params);
+        // A bed that is made passive has another normal force in full slip.
+        params = less_coupled(&params, &passive_shares(&params)?);
+        law.bind(&mut params);
+    }
     SpinLimit::of(&params.build_unchecked(), &spinning).put(&mut params);
     let (params, given_up) = accepted(&params)?;
     let ended = match given_up {
@@ -152,15 +167,20 @@ const PART: f64 = 0.01;
 const NEIGHBOURS: usize = 6;
 
 /// The parameters in single precision, and the mean reduction over depth of the coupling between depth and slide.
+fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
+    let kept = passive_shares(params)?;
+    Ok((rounded(&less_coupled(params, &kept)), 1.0 - kept.iter().sum::<f64>() / N as f64))
+}
+
+/// The share of the coupling between depth and slide that is kept at each depth.
 ///
 /// A fit that is not passive is made passive: around the depths where it is not, the slope of the stiffness over depth and the press
 /// coupling are reduced as far as necessary.
-fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
+fn passive_shares<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<[f64; N], Error> {
     let mut kept = [1.0; N];
     loop {
-        let less = less_coupled(params, &kept);
-        let beyond = match less.validate() {
-            Ok(()) => return Ok((less, 1.0 - kept.iter().sum::<f64>() / N as f64)),
+        let beyond = match rounded(&less_coupled(params, &kept)).validate() {
+            Ok(()) => return Ok(kept),
             Err(Error::NotPassive { index, .. }) => usize::from(index),
             Err(error) => return Err(error),
         };
@@ -175,26 +195,26 @@ fn accepted<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Res
 }
 
 /// The same with an equal reduction at all depths, which keeps the shape of all curves.
-fn evenly<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<(ParamsOf<M, N>, f64), Error> {
+fn evenly<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<[f64; N], Error> {
     let mut share = PART;
     loop {
-        let less = less_coupled(params, &[1.0 - share; N]);
-        match less.validate() {
-            Ok(()) => return Ok((less, share)),
+        let kept = [1.0 - share; N];
+        match rounded(&less_coupled(params, &kept)).validate() {
+            Ok(()) => return Ok(kept),
             Err(Error::NotPassive { .. }) if share < GIVEN_UP => share += PART,
             Err(error) => return Err(error),
         }
     }
 }
 
-/// The parameters in single precision, with the given share of the coupling between depth and slide at each depth.
-fn less_coupled<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, kept: &[f64; N]) -> ParamsOf<M, N> {
+/// The parameters with the given share of the coupling between depth and slide at each depth.
+fn less_coupled<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>, kept: &[f64; N]) -> ParamsOf<M, N, f64> {
     let mut less = *params;
     for (node, kept) in less.nodes.iter_mut().zip(kept) {
         let [x, y] = &mut node.stiffness_slope_n_mm2;
         [x, y, &mut node.press_coupling].into_iter().for_each(|number| *number *= *kept);
     }
-    rounded(&less)
+    less
 }
 
 /// The stages of the fit and their results so far.
@@ -337,8 +357,9 @@ mod tests {
         assert!(share > 0.0 && share < 0.1, "{share}");
         assert_eq!(found.nodes[..15], rounded(&coupled).nodes[..15]);
         assert!(found.nodes[30].press_coupling.abs() > 0.5 * coupled.nodes[30].press_coupling.abs() as f32);
-        let (found, share) = evenly(&coupled).unwrap();
-        assert!(found.validate().is_ok() && share > 0.0 && share <= GIVEN_UP, "{share}");
+        let kept = evenly(&coupled).unwrap();
+        let is_even = kept.iter().all(|share| *share == kept[0]) && kept[0] < 1.0 && kept[0] >= 1.0 - GIVEN_UP;
+        assert!(rounded(&less_coupled(&coupled, &kept)).validate().is_ok() && is_even, "{kept:?}");
         // A fit that needs more than the largest reduction is refused.
         coupled.nodes.iter_mut().for_each(|node| node.press_coupling = 5.0);
         assert!(matches!(accepted(&coupled), Err(Error::NotPassive { .. })));

@@ -14,6 +14,7 @@ mod design;
 mod error;
 mod export;
 mod fit;
+mod full_slip;
 mod initial_guess;
 pub mod limit_surface;
 mod model;
@@ -29,12 +30,14 @@ mod spin_limit;
 mod stored_run;
 mod tables;
 mod trajectory;
+mod verdict;
 
 pub use agreement::{Agreement, Difference, agreement};
 pub use band::{Band, Coverage};
 pub use curve::{CurvePoint, curve};
 pub use design::{
-    Batch, DesignSettings, Experiment, Kind, PathNumbers, batches, design, halton, is_representable, share,
+    Batch, DesignSettings, Experiment, Kind, PathNumbers, Tip, batches, design, halton, is_representable, outline,
+    share,
 };
 pub use error::ReduceError;
 pub use export::{Format, export};
@@ -50,3 +53,4 @@ pub use spin_limit::{FullSlip, SpinLimit, in_full_slip};
 pub use trajectory::{
     PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
 };
+pub use verdict::{COLUMNS, Errors, GOOD, Grade, Group, Verdict};

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::band::{Band, Coverage};
 use super::fit::minimisations;
 use super::{FitProgress, Kind, ReduceError, Run, RunScore, Scores, Settings, fit, score};
+use fingerpad_fe::contact::RubberFriction;
 
 /// Contents of a model file's META section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,7 +99,7 @@ pub struct Reduced<const M: usize = SPRINGS> {
 /// Fits, replays and checks a model of `M` springs.
 ///
 /// * `beside`: runs of a pad of the same finger that the fit uses in addition, see [`crate::pad::runs_for_bed`]
-/// * `pressure_exponent`: beta of the runs' friction law
+/// * `friction`: friction law of the runs
 ///
 /// # Errors
 /// [`ReduceError::Runs`] if runs of different settings are mixed or too few or not representable, [`ReduceError::Fit`],
@@ -106,7 +107,7 @@ pub struct Reduced<const M: usize = SPRINGS> {
 pub fn reduce<const M: usize>(
     runs: &[Run],
     beside: &[Run],
-    pressure_exponent: f64,
+    friction: &RubberFriction,
     settings: &Settings,
     progress: &FitProgress<'_>,
 ) -> Result<Reduced<M>, ReduceError> {
@@ -126,7 +127,7 @@ pub fn reduce<const M: usize>(
     let pose_deg = pose_of(runs)?;
     // The last stage replays all runs for bands and scores.
     progress.expect(minimisations(M, settings) + 1);
-    let fitted = fit::<M, NODES>(runs, beside, pressure_exponent, settings, progress)?;
+    let fitted = fit::<M, NODES>(runs, beside, friction, settings, progress)?;
     let mut params = fitted.params;
     let plain = params.try_build()?;
     let model = plain.model()?;

@@ -49,7 +49,7 @@ const TILT_MAX: f64 = 0.249;
 /// Change of the stiffness per mm of depth for a slope parameter of 1, share of the stiffness at depth 0.
 const SLOPE: f64 = 0.2;
 /// Yield slide in place of an unknown one, mm.
-const YIELD_MAX_MM: f64 = 9.9;
+pub(crate) const YIELD_MAX_MM: f64 = 9.9;
 /// Stiffness of the spring that touches first and of each of the others at the start of a fit, in proportion.
 const FIRST_SHARES: [f64; 2] = [1.5, 0.6];
 /// Unit of the arms of pairs, mm, and largest distance of the centre of a pair from the point under first touch, mm.

@@ -6,7 +6,7 @@
 use fingerpad::Tuning;
 use fingerpad::build::Data;
 use fingerpad::host::{ModelFile, PadModelFile};
-use fingerpad::pad::Patch;
+use fingerpad::pad::{Law, Patch};
 use serde_json::{Map, Value, json};
 
 use crate::ReduceError;
@@ -143,23 +143,27 @@ fn pad_in(mut model: PadModel, units: &Units) -> PadModel {
     n.band_body.iter_mut().for_each(|x| grow(x, length));
     n.band_deep.iter_mut().for_each(|x| grow(x, 1.0 / length));
     n.band_light_n.iter_mut().flatten().for_each(|x| grow(x, force));
-    let law = &mut n.law;
-    // rate q³ exp(growth q²) is an energy, and q a length.
-    grow(&mut law.stiffening[0], units.energy() / length.powi(3));
-    grow(&mut law.stiffening[1], 1.0 / area);
-    law.flattening_mpa.iter_mut().for_each(|x| grow(x, units.pressure));
+    scale_law(&mut n.law, length, units.pressure);
     // lambda sigma^beta at sigma in the new unit of pressure.
-    let beta = law.friction[1];
-    grow(&mut law.friction[0], units.friction * units.pressure.powf(1.0 - beta));
-    for axis in &mut law.lift {
-        let places = LIFTED.iter().flat_map(|is_length| PRODUCTS.map(|pair| pair.map(|k| is_length[k])));
-        for (x, [first, second]) in axis.iter_mut().zip(places) {
-            // The result is a length.
-            let lengths = 1 - i32::from(first) - i32::from(second);
-            grow(x, length.powi(lengths));
-        }
-    }
+    let beta = n.law.friction[1];
+    grow(&mut n.law.friction[0], units.friction * units.pressure.powf(1.0 - beta));
     model
+}
+
+/// Changes the units of length and pressure of the numbers of a law but friction.
+pub(crate) fn scale_law(law: &mut Law<f64>, length: f64, pressure: f64) {
+    // rate q³ exp(growth q²) is an energy, and q a length.
+    law.stiffening[0] *= pressure;
+    law.stiffening[1] /= length.powi(2);
+    law.flattening_mpa.iter_mut().for_each(|x| *x *= pressure);
+    law.lift.iter_mut().for_each(|axis| axis.iter_mut().zip(lift_units(length)).for_each(|(x, unit)| *x *= unit));
+}
+
+/// The units of the numbers of a lift for this unit of length.
+pub(crate) fn lift_units(length: f64) -> impl Iterator<Item = f64> {
+    let places = LIFTED.into_iter().flat_map(|is_length| PRODUCTS.map(|pair| pair.map(|k| is_length[k])));
+    // The result is a length.
+    places.map(move |[first, second]| length.powi(1 - i32::from(first) - i32::from(second)))
 }
 
 /// A file's provenance with the factors relative to the fitted finger: the given ones times those of the file.

@@ -135,6 +135,12 @@ impl Run {
         poses.all(|pose| pose == first).then_some(first)
     }
 
+    /// Whether the run is in the neutral pose of a finger throughout.
+    pub fn is_neutral(&self, neutral_pitch_deg: f64) -> bool {
+        let near = |pose: [f32; 2]| (f64::from(pose[0]) - neutral_pitch_deg).abs() < 0.01 && pose[1].abs() < 0.01;
+        self.pose_deg().is_some_and(near)
+    }
+
     /// Whether the bed of springs represents the motion of its path, [`is_representable`], and is fitted to such paths.
     pub fn is_representable(&self) -> bool {
         self.kind.is_for_springs() && is_representable(&self.path)

@@ -4,6 +4,7 @@ use fingerpad::build::{Data, Params};
 use fingerpad::host::PadModelFile;
 use fingerpad::pad::{Body, PadState};
 use fingerpad::{Motion, SPRINGS};
+use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::load_path::{Drive, Turn};
 use fingerpad_reduce::pad::runs_in_pose;
 use fingerpad_reduce::{
@@ -60,7 +61,7 @@ fn is_found(every: usize) {
     }
     runs[0].samples.iter_mut().for_each(|s| s.turned = None);
     let settings = Settings { iterations: 7, ..Settings::default() };
-    let reduced: Reduced = reduce(&runs, &[], 0.46, &settings, &FitProgress::default()).unwrap();
+    let reduced: Reduced = reduce(&runs, &[], &RubberFriction::default(), &settings, &FitProgress::default()).unwrap();
     let held_out = &reduced.meta.held_out;
     assert!(every * held_out.paths >= 60, "{held_out:?}");
     assert!(held_out.friction_of_limit < 0.01, "{held_out:?}");
@@ -77,12 +78,16 @@ fn is_found(every: usize) {
     assert_eq!(*file.file().model.data(), reduced.data);
     assert_eq!(serde_json::from_str::<Meta>(file.file().meta).unwrap().settings_hash, "twin");
     runs[3].settings_hash = "other".into();
-    let message = reduce::<SPRINGS>(&runs, &[], 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
+    let message = reduce::<SPRINGS>(&runs, &[], &RubberFriction::default(), &settings, &FitProgress::default())
+        .unwrap_err()
+        .to_string();
     assert!(message.contains("has other"), "{message}");
     runs[3].settings_hash = "twin".into();
     let moment = Turn { drive: Drive::Force, values: vec![1.0; runs[3].path.waypoints.len()] };
     runs[3].path.turns.spin = Some(moment);
-    let message = reduce::<SPRINGS>(&runs, &[], 0.46, &settings, &FitProgress::default()).unwrap_err().to_string();
+    let message = reduce::<SPRINGS>(&runs, &[], &RubberFriction::default(), &settings, &FitProgress::default())
+        .unwrap_err()
+        .to_string();
     assert!(message.starts_with(&runs[3].name) && message.contains("by a moment"), "{message}");
 }
 

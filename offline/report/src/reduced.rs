@@ -3,6 +3,7 @@
 //! Main types: [`ReducedReport`], [`PathPair`]; [`render_reduced`] makes page, numbers and figures. Computes nothing
 //! but histograms.
 
+use fingerpad_reduce::{COLUMNS, GOOD};
 use maud::html;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +67,8 @@ pub struct SizePoint {
 pub struct ReducedReport {
     /// Settings' hash, versions, counts: name and value.
     pub provenance: Vec<(String, String)>,
+    /// The verdict on each model and kind of motion, rows with the columns of `fingerpad_reduce::COLUMNS`; may be empty.
+    pub verdict: Vec<Vec<String>>,
     /// The accuracy table: heading and rows.
     pub table: Vec<Vec<String>>,
     /// All paths.
@@ -346,11 +349,31 @@ pub fn render_reduced(report: &ReducedReport) -> Result<Rendered, ReportError> {
     Ok(Rendered { html: page(report, &figures), json, figures })
 }
 
+/// What the verdict compares, and its limits.
+fn verdict_text() -> String {
+    let [normal, friction, stick] = GOOD;
+    format!(
+        "Errors along paths that no fit has seen, as root mean square over the path's largest value. Good: normal force {:.0} %, \
+         friction {:.0} %, stick ratio {stick:.1}; usable: twice that.",
+        100.0 * normal,
+        100.0 * friction
+    )
+}
+
 fn page(report: &ReducedReport, pictures: &[Picture]) -> String {
     let (head, rows) = report.table.split_at(report.table.len().min(1));
     let main = html! {
         main {
             h1 { "The reduced model against the finite-element model" }
+            @if !report.verdict.is_empty() {
+                h2 { "Verdict" }
+                p { (verdict_text()) }
+                table {
+                    tr { @for name in COLUMNS { th { (name) } } }
+                    @for row in &report.verdict { tr { @for cell in row { td { (cell) } } } }
+                }
+                h2 { "The bed of springs" }
+            }
             table {
                 @for row in head { tr { @for cell in row { th { (cell) } } } }
                 @for row in rows { tr { @for cell in row { td { (cell) } } } }

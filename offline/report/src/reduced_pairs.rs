@@ -10,12 +10,15 @@ use fingerpad_reduce::{CurvePoint, Kind, Reduced, Run, Scores, replay, strength}
 
 /// Collects the data of the section.
 ///
+/// * `verdict`: rows of the verdict with the columns `fingerpad_reduce::COLUMNS`; may be empty
+///
 /// # Errors
 /// `fingerpad::Error` if the model is refused, which a finished reduction never is.
 pub fn reduced_report(
     runs: &[Run],
     reduced: &Reduced,
     curve: &[CurvePoint],
+    verdict: &[Vec<String>],
 ) -> Result<ReducedReport, fingerpad::Error> {
     let model = reduced.data.model()?;
     let meta = &reduced.meta;
@@ -35,6 +38,7 @@ pub fn reduced_report(
             text("Held-out rows within the band of 95 %, normal force / friction", coverage.join("; ")),
             text("Bytes of the model's numbers", size_of::<Data>().to_string()),
         ],
+        verdict: verdict.to_vec(),
         table: table(reduced),
         // Pages show the pose of the fit.
         pairs: runs.iter().filter(|run| run.is_representable()).map(|run| pair(&model, run)).collect(),

@@ -137,6 +137,7 @@ fn rows(args: &Args, model: &PadModel, name: &str) -> Result<(), Failure> {
 
 fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
     let (runs, outline) = stored(args, |run| run.held_out)?;
+    let law = Config::default().friction;
     println!(
         "\nerrors along held-out runs, RMS: normal force, friction over the path's largest and over the present limit,"
     );
@@ -153,18 +154,18 @@ fn errors(args: &Args, model: &PadModel) -> Result<(), Failure> {
         if own.is_empty() {
             continue;
         }
-        println!("{}", line(kind.as_str(), &score_runs(model, &own, &outline)));
+        println!("{}", line(kind.as_str(), &score_runs(model, &own, &outline, &law)));
         if args.each.as_deref() == Some(kind.as_str()) {
             for run in own {
                 let name = format!("  {} {:?}", run.name, run.body.kind);
-                println!("{}", line(&name, &score_runs(model, &[run], &outline)));
+                println!("{}", line(&name, &score_runs(model, &[run], &outline, &law)));
             }
         }
     }
     let deep: Vec<&Run> = runs.iter().filter(|run| run.kind == Kind::Deep).collect();
     println!("\ndeep runs by depth: normal force over its own value (RMS and mean), friction over the path's largest");
     for range in DEPTHS_MM.windows(2).map(|pair| [pair[0], pair[1]]) {
-        let s = score_depths(model, &deep, &outline, range);
+        let s = score_depths(model, &deep, &outline, &law, range);
         println!(
             "{:.1} to {:.1} mm {:>6} rows {:>7.2} {:>+7.2} {:>7.2}",
             range[0],

@@ -33,11 +33,19 @@ const HEADINGS: &str = "springs | pad, 24 patches | pad, 37 patches |";
 /// # Errors
 /// A page without the place of a table.
 pub fn with_tables(page: &str, entries: &[Entry]) -> Result<String, Failure> {
+    put_tables(page, PAGE, tables(entries))
+}
+
+/// A page, whose file is `file`, with these tables in their places.
+///
+/// # Errors
+/// A page without the place of a table.
+pub fn put_tables(page: &str, file: &str, tables: Vec<(&'static str, String)>) -> Result<String, Failure> {
     let mut page = page.to_owned();
-    for (name, table) in tables(entries) {
+    for (name, table) in tables {
         let (from, to) = (format!("<!-- table: {name} -->\n\n"), "\n<!-- end of the table -->");
-        let start = page.find(&from).ok_or_else(|| format!("{PAGE}: no `{}`", from.trim()))? + from.len();
-        let end = page[start..].find(to).ok_or_else(|| format!("{PAGE}: no `{}` after {name}", to.trim()))? + start;
+        let start = page.find(&from).ok_or_else(|| format!("{file}: no `{}`", from.trim()))? + from.len();
+        let end = page[start..].find(to).ok_or_else(|| format!("{file}: no `{}` after {name}", to.trim()))? + start;
         page.replace_range(start..end, &table);
     }
     Ok(page)

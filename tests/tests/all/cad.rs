@@ -110,3 +110,71 @@ fn an_stl_with_a_hole_is_refused_with_its_place() {
     assert!(stated.iter().zip(&middle).all(|(a, b)| (a - b).abs() < 2e-3), "{stated:?} {middle:?}");
     assert!(message.contains("with 3 corners, beside facet "), "{message}");
 }
+
+#[test]
+fn an_stl_in_metres_is_recognised() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stl = std::fs::read(shipped("fingertip.stl")).unwrap();
+    for facet in stl[84..].chunks_exact_mut(50) {
+        for number in facet[12..48].chunks_exact_mut(4) {
+            let scaled = 1e-3 * f32::from_le_bytes(number.try_into().unwrap());
+            number.copy_from_slice(&scaled.to_le_bytes());
+        }
+    }
+    std::fs::write(folder.path().join("metres.stl"), &stl).unwrap();
+    let refused = recipe(folder.path(), &["metres.stl", "--list"]);
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert!(message.contains("is 0.016 mm long, which no fingertip is; in metres? Give --unit-mm 1000"), "{message}");
+    assert!(recipe(folder.path(), &["metres.stl", "--list", "--unit-mm", "1000"]).status.success());
+}
+
+/// CAD models with details of micrometres, of which a mesh makes slivers: edges that miss each other, a step between two faces.
+#[test]
+fn details_of_micrometres_make_no_slivers() {
+    // Each fills the shape of 16 mm over z = 0, and its largest flat face lies on top.
+    let shapes = [
+        (
+            "cylinders",
+            "a = o.addCylinder(0, 0, 1, 0, 0, 4, 8); b = o.addCylinder(0.003, 0, 0, 0, 0, 1, 8); o.fuse([(3, a)], [(3, b)])",
+            1005.3,
+        ),
+        (
+            "step",
+            "a = o.addBox(-8, -8, 1, 16, 16, 4); b = o.addBox(-8.0004, -8.002, 0, 16, 16, 1); o.fuse([(3, a)], [(3, b)])",
+            1280.0,
+        ),
+    ];
+    for (name, shape, volume_mm3) in shapes {
+        let folder = tempfile::tempdir().unwrap();
+        let make = format!(
+            "import gmsh; gmsh.initialize(interruptible=False); gmsh.option.setNumber('General.Terminal', 0); o = gmsh.model.occ\n\
+             {shape}; o.synchronize(); gmsh.write('finger.step')"
+        );
+        let made = Command::new(python()).current_dir(folder.path()).args(["-c", &make]).output().unwrap();
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        let listing = String::from_utf8(recipe(folder.path(), &["finger.step", "--list"]).stdout).unwrap();
+        let top = listing.lines().find(|line| line.starts_with("surface") && line.ends_with("z 5.00 to 5.00 mm"));
+        let top = top.expect(&listing).split(' ').nth(1).unwrap();
+        let sizes = ["--flat", "--pad-size-mm", "2", "--size-mm", "3", "--held", top, "--out", "finger.msh"];
+        let done = recipe(folder.path(), &[&["finger.step"][..], &sizes].concat());
+        let said = String::from_utf8(done.stdout).unwrap();
+        assert!(done.status.success(), "{name}: {said}{}", String::from_utf8_lossy(&done.stderr));
+        let stated: f64 =
+            said.split("least scaled Jacobian ").nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap();
+        let (fingertip, _) = Config::read(&folder.path().join("finger.toml")).unwrap().fingertip().unwrap();
+        check(&fingertip.mesh).unwrap();
+        let report = quality(&fingertip.mesh);
+        println!("{name}: {said}{report:?}");
+        // The script prints the number of the importer.
+        assert!(
+            (stated - report.worst_tet_scaled_jacobian).abs() < 6e-4 && stated > 0.1,
+            "{name}: {stated} {report:?}"
+        );
+        assert!(said.contains("details smaller than"), "{name}: {said}");
+        verify(name, "error of the volume", (report.volume_mm3() / volume_mm3 - 1.0).abs(), 0.01);
+        // The held face is whole.
+        let held = fingertip.mesh.node_set(set::PROXIMAL_FIX);
+        assert!(held.iter().all(|n| (fingertip.mesh.nodes[*n as usize].z - 5.0).abs() < 0.01), "{name}");
+        assert!(report.pad_area_mm2 > 0.97 * 201.0, "{name}: {} mm2", report.pad_area_mm2);
+    }
+}

@@ -14,6 +14,7 @@ mod group;
 mod laws_files;
 mod laws_of_your_own;
 mod layout;
+mod margin;
 mod pads;
 mod protocols;
 mod second_simulator;

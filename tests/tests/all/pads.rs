@@ -56,7 +56,7 @@ fn the_errors_that_the_file_states_are_found_again() {
         (Kind::Body, 1.2e-1, 1.3e-1),
     ] {
         let own: Vec<&Run> = runs.iter().filter(|run| run.kind == kind).collect();
-        let found = score_runs(&model, &own, &outline);
+        let found = score_runs(&model, &own, &outline, &config.friction);
         let stated = &meta.held_out[kind.as_str()];
         verify(kind.as_str(), "normal force", found.normal, normal);
         verify(kind.as_str(), "friction", found.friction, friction);

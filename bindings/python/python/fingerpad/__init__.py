@@ -20,7 +20,7 @@ from fingerpad._errors import Error, InputError, Interrupted, ModelError, Numeri
 from fingerpad._fingers import DRIVEN, EVENT, FORCES, LIMIT, PATCH, PRESSURE_MAP, RESPONSE, SLIP_MAP, Fingers, Regime, Status
 from fingerpad._frames import FRAMES, FrameContacts, Shape, relative_pose
 from fingerpad._limit_surface import LimitSurface, limit_surface
-from fingerpad._native import Finger, Model, Pad, Response, __version__, load, status_words
+from fingerpad._native import Finger, Margin, MarginObserver, Model, Pad, Response, __version__, load, status_words
 from fingerpad._program import Progress
 
 __all__ = [
@@ -44,6 +44,8 @@ __all__ = [
     "InputError",
     "Interrupted",
     "LimitSurface",
+    "Margin",
+    "MarginObserver",
     "Model",
     "ModelError",
     "NumericsError",

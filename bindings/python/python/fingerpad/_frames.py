@@ -153,7 +153,8 @@ class FrameContacts(Batch):
         not finite, or whose quaternion is not of unit length, is flagged BAD_INPUT, and the body stays where it was.
 
         A contact begins at most 1 mm deep, and no deeper than the finger came closer in this step; what is left out then counts as a lower
-        surface and is flagged BEGAN_INSIDE. The first step of all takes the pose as it is, up to the depth of the model.
+        surface and is flagged BEGAN_INSIDE, until slip has raised it. The first step of all takes the pose as it is, up to the depth of the
+        model.
         """
         poses = np.empty((self._count, 7))
         poses[:, :3] = fit("position_mm", rows("position_mm", position_mm, 3), (self._count, 3))

@@ -405,6 +405,100 @@ class Finger:
     def _of(fingers: Fingers) -> Finger: ...
 
 @final
+class MarginObserver:
+    """Slip margin on a surface of unknown friction, from measured force and motion of one contact."""
+
+    def __new__(
+        cls,
+        model: Model,
+        *,
+        strength: float | None = None,
+        stiffness: float | None = None,
+        force_lag_s: float = 0.0,
+        play_mm: float = 0.0,
+        drift: float = 0.0,
+        tare_n: float | None = None,
+        tare_drift_n: float = 0.0,
+        confidence: float | None = None,
+        ahead_s: float | None = None,
+    ) -> MarginObserver:
+        """An observer in the air. Raises InputError for a setting out of its range.
+
+        strength and stiffness are standard deviations of the prior: of the logarithm of the strength factor (0.6), and of the finger's
+        tangential stiffness, share (0.15). confidence is the probability of the bands (0.95), ahead_s the time of slip_chance (0.05).
+        """
+
+    def step(
+        self,
+        normal_force_n: float,
+        friction_x_n: float,
+        friction_y_n: float,
+        slide_x_mm: float,
+        slide_y_mm: float,
+        *,
+        dt_s: float = 1e-3,
+        normal_variance_n2: float = 25e-6,
+        friction_covariance_n2: tuple[float, float, float] = (25e-6, 25e-6, 0.0),
+        slide_covariance_mm2: tuple[float, float, float] = (25e-6, 25e-6, 0.0),
+    ) -> Margin:
+        """Takes forces, slide since the last reading and the covariance of their noise (xx, yy, xy; of the position for the slide).
+
+        A reading that is unsound is left out and flagged, and the bounds widen.
+        """
+
+@final
+class Margin:
+    """What is known of a surface after a reading."""
+
+    @property
+    def strength_factor(self) -> float:
+        """Strength factor of the surface."""
+
+    @property
+    def strength_low(self) -> float:
+        """Lower end of its band."""
+
+    @property
+    def strength_high(self) -> float:
+        """Upper end of its band."""
+
+    @property
+    def slip_margin(self) -> float:
+        """Slip margin of the present friction; 0 without contact."""
+
+    @property
+    def margin_low(self) -> float:
+        """Lower end of its band: 0 announces slip."""
+
+    @property
+    def margin_high(self) -> float:
+        """Upper end of its band."""
+
+    @property
+    def slip_chance(self) -> float:
+        """Chance of full slip within the time ahead at the present rates of the forces."""
+
+    @property
+    def stiffness_factor(self) -> float:
+        """Tangential stiffness of the finger over that of the model."""
+
+    @property
+    def information(self) -> float:
+        """0 where nothing but the prior is known, 1 where all is."""
+
+    @property
+    def known(self) -> str:
+        """no_contact, prior, part or strength."""
+
+    @property
+    def surface_changed(self) -> bool:
+        """Whether the strength starts again from its prior with this reading."""
+
+    @property
+    def status(self) -> int:
+        """Flags as in `Status`."""
+
+@final
 class Contacts:
     @staticmethod
     def of_bed(model: Model, count: int, spin: bool) -> Contacts: ...

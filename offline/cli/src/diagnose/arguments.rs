@@ -19,6 +19,7 @@ Examples:
   fingerpad diagnose --force-only --measured t.csv --map normal=-Fz,x=Fx,y=Fy,t=Timestamp --out d
   fingerpad diagnose --table data/yoshida2011.csv --mesh-preset coarse --out d
   fingerpad diagnose --table my.csv --unit normal_force_n=N,depth_mm=mm --out d
+  fingerpad diagnose check m.csv
   fingerpad diagnose --template runs.csv
   fingerpad diagnose --calibration c.csv --measured m.csv --append n.csv --append-start-s 900 --out d
   fingerpad diagnose --calibration c1.csv --measured m1.csv --map x=Fx,y=Fy,normal=Fz --sensor-rpy-deg 180,0,0 --out d
@@ -69,7 +70,10 @@ slides are kept in DIR/fe. docs/diagnose-table.md describes it.
 
 DIR holds one diagnosis: DIR/files.txt lists its files, and the next diagnosis there removes them before it writes its
 own. Other files in DIR are never touched; one with a name that a diagnosis needs is refused.")]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Args {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
     /// Runs without an effect, under reference conditions (CSV)
     #[arg(long, value_name = "C.csv", required_unless_present_any = ["force_only", "table", "template", "group"])]
     pub(super) calibration: Option<PathBuf>,
@@ -174,6 +178,37 @@ pub struct Args {
     /// Where report.json goes, if not into the folder
     #[arg(long, value_name = "R.json")]
     pub(super) report: Option<PathBuf>,
+}
+
+/// A first look in place of a diagnosis.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Say what is in the files: columns, units, rates, strokes, loads, speeds, what is missing and what they can be used for
+    Check(CheckFiles),
+}
+
+/// Arguments of `fingerpad diagnose check`.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  fingerpad diagnose check m.csv
+  fingerpad diagnose check t.csv --map normal=-Fz --json
+
+Columns are recognised by the names of docs/first-diagnosis.md, by those of --map, or by usual ones (Fn, Ft, Zeit (s), pos [mm]); the
+--map and --unit that a diagnosis would need are printed. Nothing is written.")]
+pub struct CheckFiles {
+    /// Files of runs, of forces alone, or of a tribometer (CSV)
+    #[arg(required = true, value_name = "FILE.csv")]
+    pub(super) files: Vec<PathBuf>,
+    /// What the columns are called in the files; a minus sign turns one round
+    #[arg(long, value_name = "normal=-Fz,t=Timestamp", allow_hyphen_values = true)]
+    pub(super) map: Option<String>,
+    /// Units of columns that are not in mm, N, s, mm/s, C, deg, au
+    #[arg(long, value_name = "depth=um,normal=mN")]
+    pub(super) unit: Option<String>,
+    /// Print the same as JSON, a list with an entry for each file
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 /// Factors of the next experiment: short names and columns.

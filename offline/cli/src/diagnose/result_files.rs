@@ -94,6 +94,7 @@ pub fn write_reduced(
     let only = if found.report.verdict == Verdict::None { " (of a tare; nothing else was looked for)" } else { "" };
     println!("{}: verdict: {}{only}", path.display(), report::diagnosis::word(&found.report));
     found.sentences.iter().for_each(|s| println!("{s}"));
+    println!("Next: {}", found.report.next_step);
     Ok(())
 }
 

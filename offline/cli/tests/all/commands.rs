@@ -150,7 +150,23 @@ fn a_build_compares_the_shipped_model_with_its_runs_and_fits_none() {
 
 #[test]
 fn estimates_count_cores() {
-    let (stdout, _) = Folder::new().done("finger --mesh-preset coarse --out f --estimate --jobs 1000");
+    let folder = Folder::new();
+    let (stdout, _) = folder.done("finger --mesh-preset coarse --out f --estimate --jobs 1000");
+    assert!(folder.names("").is_empty(), "an estimate leaves nothing");
     let cores = std::thread::available_parallelism().unwrap().get();
     assert!(!stdout.contains(" 0 s") && stdout.contains(&format!("of {cores} cores")), "{stdout}");
+}
+
+/// A tip of other sizes than the shipped finger's: every path is within its reach.
+#[test]
+fn the_silicone_tip_of_the_pages_is_estimated() {
+    let folder = Folder::with(&[("silicone.toml", include_str!("../../data/silicone.toml"))]);
+    fs::create_dir(folder.path("geometry")).unwrap();
+    folder.write("geometry/hemisphere.toml", include_str!("../../data/geometry/hemisphere.toml"));
+    let command = "finger --config silicone.toml --mesh-preset coarse --out tip --estimate";
+    let (stdout, _) = folder.done(command);
+    assert!(stdout.contains("21 paths"), "{stdout}");
+    // Depths that a file states are kept, and refused where they lead into the core.
+    folder.write("silicone.toml", folder.text("silicone.toml") + "[design]\ndeep_mm = [2.6, 5.1]\n");
+    folder.refused(command, &["deep-00", "reaches the bone", "leave out the depths of [design]"]);
 }

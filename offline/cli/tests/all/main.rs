@@ -19,4 +19,5 @@ mod own_columns;
 mod pads;
 mod simulate;
 mod tables;
+mod tips;
 mod wrong_files;

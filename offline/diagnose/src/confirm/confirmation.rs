@@ -12,7 +12,7 @@ use crate::data::runs::RunSet;
 use crate::laws::{Change, Column, Place, Row};
 use crate::model::active_law::ActiveLaw;
 use crate::model::residual_sums::ResidualSums;
-use crate::schema::FeConfirmation;
+use crate::schema::{Confirmed, FeConfirmation};
 use crate::verdict::cross_validation::noise_floor_n;
 use crate::verdict::evidence::Evidence;
 
@@ -136,6 +136,7 @@ impl<'a> Prepared<'a> {
         let [rms_before_n, rms_after_n, floor_rms_n, reduced_before_n, reduced_after_n] =
             residuals.sums.map(|s| s.rms());
         let report = FeConfirmation {
+            confirmed: Confirmed::default(),
             mesh: mesh.to_owned(),
             rms_before_n,
             rms_after_n,
@@ -151,7 +152,7 @@ impl<'a> Prepared<'a> {
             reduced_before_n,
             reduced_after_n,
         };
-        Ok(Confirmation { report, rows: residuals.rows })
+        Ok(Confirmation { report: report.judged(), rows: residuals.rows })
     }
 
     /// Fits the finite-element finger to the calibration strokes, in rounds until it settles.

@@ -147,7 +147,10 @@ impl<'a> CsvRows<'a> {
         let line_ends = head.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(i, _)| i + 1);
         let start = std::iter::once(0).chain(line_ends).nth(above).unwrap_or(0);
         head.drain(..start);
+        // A line ends at its line feed, a carriage return before it is a blank: where the return ends it, the next one has its number.
+        let end = if head.contains(&b'\n') { csv::Terminator::Any(b'\n') } else { csv::Terminator::CRLF };
         let mut reader = csv::ReaderBuilder::new()
+            .terminator(end)
             .flexible(true)
             .trim(csv::Trim::All)
             .delimiter(separator as u8)
@@ -408,6 +411,8 @@ mod tests {
             ("lvm", lvm.into_bytes(), "t=X_Value,x=Fx,y=Fy,normal=Fz", vec!["line 9: the header", "tab"]),
             ("tribometer", tribometer.into_bytes(), MAP, vec!["line 4: the header", "decimal commas"]),
             ("trailing", trailing.into_bytes(), MAP, vec![]),
+            ("dos", plain.replace('\n', "\r\n").into_bytes(), MAP, vec![]),
+            ("mac", plain.replace('\n', "\r").into_bytes(), MAP, vec![]),
             ("ragged", ragged.into_bytes(), MAP, vec![]),
             ("utf16le", utf16(&tabs, u16::to_le_bytes), MAP, vec!["little-endian", "tab"]),
             ("utf16be", utf16(&format!("x\n{plain}"), u16::to_be_bytes), MAP, vec!["big-endian", "line 2: the header"]),
@@ -433,6 +438,15 @@ mod tests {
         let rows = plain.split_once('\n').unwrap().1;
         refused("bad-cell", format!("# one\n# two\n{}", plain.replacen("0.020,", "0.0x0,", 1)), MAP, &[":5:", "0.0x0"]);
         refused("short", format!("# one\n{}", plain.replacen(",1.0040,1\n", "\n", 1)), MAP, &[":4:", "3 cells"]);
+        let dos = |text: String| text.replace('\n', "\r\n");
+        refused("dos", dos(plain.replacen("0.000,", "0.0x0,", 1)), MAP, &[":2:", "0.0x0"]);
+        refused("dos-last", dos(plain.replacen("0.780,", "0.7x0,", 1)), MAP, &[":41:", "0.7x0"]);
+        refused(
+            "dos-short",
+            dos(format!("# one\n{}", plain.replacen(",1.0040,1\n", "\n", 1))),
+            MAP,
+            &[":4:", "3 cells"],
+        );
         refused("long", plain.replacen(",1\n", ",1,7\n", 1), MAP, &[":3:", "6 cells"]);
         // A header without our names stands above the rows of numbers, below lines of other kinds.
         refused("names", format!("a test\n\n{plain}"), "t=t,x=Fx", &[":3:", "no column `t`"]);

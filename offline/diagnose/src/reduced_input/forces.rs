@@ -15,7 +15,19 @@ pub fn diagnose_forces(trace: &Trace, alpha: f64) -> ReducedDiagnosis {
     let doubts = of_trace(&trace.rows).into_iter().map(|text| caution("unit", text));
     found.report.cautions =
         doubts.chain(trace.notes.iter().map(|note| caution("reading", format!("{note}.")))).collect();
+    found.report.next_step = next_step(found.report.verdict).into();
     found
+}
+
+/// What to do next: forces alone show a tare and nothing else.
+fn next_step(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Named => {
+            "Take this tare off the forces; record depth and slides beside them to look for anything else."
+        }
+        Verdict::Ambiguous => "Record a second in the air before touch, which shows the tare by itself.",
+        _ => "Record depth and slides beside the forces to look for anything else than a tare.",
+    }
 }
 
 fn diagnose_rows(trace: &[TraceRow], alpha: f64) -> ReducedDiagnosis {

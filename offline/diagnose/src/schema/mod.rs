@@ -102,8 +102,11 @@ pub struct Disagreement {
     pub floor_rms_n: [f64; 3],
     /// Quotient.
     pub ratio: [f64; 3],
-    /// Regions that stand out, strongest first.
+    /// Regions that stand out without the claimed effects: along the drivers of named ones, then the others, strongest first.
     pub regions: Vec<Region>,
+    /// Along the driver of the first claimed effect the regions in which the readings lie farthest below and above the model without it.
+    #[serde(default)]
+    pub along_driver: Option<[Region; 2]>,
 }
 
 /// A parameter of the baseline.
@@ -241,6 +244,16 @@ pub struct UnexplainedFound {
     pub p_model: f64,
     /// Sign-flip p over all bases.
     pub p_runs: f64,
+    /// Its size: root mean square of what it changes of the channel over the rows in contact, N; of scatter between runs what exceeds the
+    /// calibration's.
+    #[serde(default)]
+    pub size_n: f64,
+    /// The same over the root mean square of the force.
+    #[serde(default)]
+    pub size_relative: f64,
+    /// The part of the column in which the channel's residual is largest; none for a column that is a product, or the run.
+    #[serde(default)]
+    pub largest_at: Option<Region>,
     /// Scatter between runs over what the calibration and the declared reading errors explain.
     pub scatter_ratio: ScatterRatio,
     /// Laws that took part of it and are not claimed.
@@ -248,13 +261,29 @@ pub struct UnexplainedFound {
 }
 
 impl UnexplainedFound {
+    /// Places the structure by the map of what is left: the part of its column in which the channel is farthest off.
+    pub(crate) fn place(&mut self, map_after: &[Region]) {
+        let ours = |r: &&Region| r.column == self.column && r.channel == self.channel;
+        let size = |r: &Region| r.mean_relative.abs();
+        self.largest_at = map_after.iter().filter(ours).max_by(|a, b| size(a).total_cmp(&size(b))).cloned();
+    }
+
     /// Where the rest lies that the laws leave on held-out runs: in the channel that is farthest above its noise floor, and between runs
     /// where these scatter.
     ///
     /// * `lag`: a lag that was found beside the laws
-    pub(crate) fn locate(&mut self, held_out: &CrossValidationError, lag: Option<&EffectFound>) {
+    /// * `force_n`: root mean square of normal force and friction over the rows in contact, N
+    pub(crate) fn locate(&mut self, held_out: &CrossValidationError, lag: Option<&EffectFound>, force_n: [f64; 2]) {
         let ratio = |k: usize| held_out.rms_after_n[k] / held_out.floor_rms_n[k].max(1e-12);
-        self.channel = if ratio(0) > ratio(1).max(ratio(2)) { "normal" } else { "friction" }.into();
+        let (channels, name, force) = if ratio(0) > ratio(1).max(ratio(2)) {
+            (0..1, "normal", force_n[0])
+        } else {
+            (1..3, "friction", force_n[1])
+        };
+        self.channel = name.into();
+        let excess = |k: usize| held_out.rms_after_n[k].powi(2) - held_out.floor_rms_n[k].powi(2);
+        self.size_n = channels.map(excess).sum::<f64>().max(0.0).sqrt();
+        self.size_relative = self.size_n / force.max(1e-12);
         if self.column.is_empty() || self.scatter_ratio.normal.max(self.scatter_ratio.friction) > 2.0 {
             self.column = "run_id".into();
         }
@@ -276,10 +305,33 @@ pub struct ScatterRatio {
     pub friction: f64,
 }
 
+/// What the finite elements say of a named effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Confirmed {
+    /// Their gap shrinks to at most one and a half noise floors.
+    Yes,
+    /// It shrinks and stays above that.
+    InPart,
+    /// It does not shrink: nothing is said for the effect nor against it.
+    #[default]
+    Open,
+    /// It grows.
+    No,
+}
+
+/// Gap that is left after over that before, at most, where it has shrunk: the quotient of two residuals scatters by some ten per cent.
+const SHRUNK: f64 = 0.9;
+/// Noise floors that may be left of an effect that is confirmed.
+const CLOSED: f64 = 1.5;
+
 /// The finite-element model with the effect in its law: what it leaves of a part of the
 /// strokes. Three numbers: normal, x, y.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeConfirmation {
+    /// The finding.
+    #[serde(default)]
+    pub confirmed: Confirmed,
     /// Mesh preset.
     pub mesh: String,
     /// Before, N.
@@ -308,6 +360,37 @@ pub struct FeConfirmation {
     pub reduced_before_n: [f64; 3],
     /// With the effect, N.
     pub reduced_after_n: [f64; 3],
+}
+
+impl FeConfirmation {
+    /// The worst channel's residual before and after, in noise floors.
+    pub fn gap(&self) -> [f64; 2] {
+        [self.rms_before_n, self.rms_after_n].map(|rms_n| self.in_floors(rms_n))
+    }
+
+    /// The same of the reduced model.
+    pub fn reduced_gap(&self) -> [f64; 2] {
+        [self.reduced_before_n, self.reduced_after_n].map(|rms_n| self.in_floors(rms_n))
+    }
+
+    fn in_floors(&self, rms_n: [f64; 3]) -> f64 {
+        (0..3).map(|k| rms_n[k] / self.floor_rms_n[k].max(1e-12)).fold(0.0, f64::max)
+    }
+
+    /// The same with the finding that follows from the gap.
+    pub fn judged(self) -> Self {
+        let [before, after] = self.gap();
+        let confirmed = if after * SHRUNK > before {
+            Confirmed::No
+        } else if after > before * SHRUNK {
+            Confirmed::Open
+        } else if after > CLOSED {
+            Confirmed::InPart
+        } else {
+            Confirmed::Yes
+        };
+        Self { confirmed, ..self }
+    }
 }
 
 /// A file that went in.
@@ -381,6 +464,9 @@ pub struct Diagnosis {
     pub stability: Option<Stability>,
     /// The finite-element model with the effect.
     pub fe_confirmation: Option<FeConfirmation>,
+    /// What to do next, in one sentence.
+    #[serde(default)]
+    pub next_step: String,
     /// Strokes that would settle an ambiguous verdict.
     pub next_experiment: Option<NextExperiment>,
     /// The model file with the effect.

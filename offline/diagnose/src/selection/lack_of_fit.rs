@@ -39,7 +39,17 @@ pub struct LackOfFit {
     pub p_scatter: f64,
     /// Whether it counts as structure: it is large, or the accepted laws left most of it.
     pub is_scattered: bool,
+    /// Size of what was found, root mean square over the rows in contact, N.
+    pub size_n: f64,
+    /// The same over the root mean square of that force.
+    pub size_relative: f64,
+    /// Whether structure stands out from chance that is smaller than the model is exact.
+    pub is_too_small: bool,
 }
+
+/// Smallest effect or structure that counts, as a share of the set's forces (root mean squares): the baseline's form is no more exact
+/// than that. Row by row a cross-talk would be any share of a friction that is still about zero.
+pub const LEAST_SIZE: f64 = 0.005;
 
 /// Numbers and runs that the test compares a fit with.
 pub struct Expectations<'a> {
@@ -76,18 +86,46 @@ pub fn lack_of_fit_test(
     let mut out = LackOfFit { p_model: 1.0, p_runs: 1.0, p_scatter: 1.0, ..LackOfFit::default() };
     strongest_structure(&mut out, task, &projection, &groups, expected, seed);
     compare_scatter(&mut out, task, fit, derivatives, expected);
-    let structure = out.gain > (0.15 * expected.explained_2ll).max(LEAST_GAIN)
+    let stands_out = out.gain > (0.15 * expected.explained_2ll).max(LEAST_GAIN)
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
+    out.is_too_small = stands_out && out.size_relative < LEAST_SIZE;
+    let structure = stands_out && !out.is_too_small;
     let between_runs = out.is_scattered || is_uneven(task, fit, &projection);
     out.significant = structure || between_runs;
     if !structure {
         left_in_direction(&mut out, task, fit);
     }
     if between_runs && !structure {
+        let (effect, channel) = match out.scatter_ratio {
+            [normal, friction] if normal > friction => (RandomEffect::Stiffness, "normal"),
+            _ => (RandomEffect::Strength, "friction"),
+        };
         out.column = "run_id".to_owned();
-        out.channel = if out.scatter_ratio[0] > out.scatter_ratio[1] { "normal" } else { "friction" }.to_owned();
+        out.channel = channel.to_owned();
+        let excess = fit.variances[effect.index()] - expected.variances[effect.index()];
+        out.size_relative = excess.max(0.0).sqrt();
+        out.size_n = out.size_relative * force_n(task, channel);
     }
     out
+}
+
+/// Root mean square of a channel's readings over the rows in contact, N.
+pub fn force_n(task: &Task<'_>, channel: &str) -> f64 {
+    in_contact_n(task, channel, &task.readings_n)
+}
+
+/// Root mean square over the rows in contact of three values a row, N: of the normal force, or of both frictions together.
+fn in_contact_n(task: &Task<'_>, channel: &str, values_n: &[f64]) -> f64 {
+    let (mut sum, mut rows) = (0.0, 0.0);
+    let contact = task.runs.iter().flat_map(|run| &run.rows).map(|row| row.depth_mm > 0.0);
+    for (v, _) in values_n.chunks_exact(3).zip(contact).filter(|(_, contact)| *contact) {
+        let square = if channel == "normal" { v[0] * v[0] } else { v[1] * v[1] + v[2] * v[2] };
+        if square.is_finite() {
+            sum += square;
+            rows += 1.0;
+        }
+    }
+    f64::sqrt(sum / f64::max(rows, 1.0))
 }
 
 /// Standard deviations of what the calibration and the allowed drift leave, by which a finger's own forward-backward
@@ -109,6 +147,10 @@ fn left_in_direction(out: &mut LackOfFit, task: &Task<'_>, fit: &Fit) {
         "direction_deg".clone_into(&mut out.column);
         "friction".clone_into(&mut out.channel);
         out.gain = largest * largest;
+        let turned =
+            [Parameter::OddDirectionCos, Parameter::OddDirectionSin].map(|p| fit.parameters[p] - task.prior.mean[p]);
+        out.size_relative = turned[0].hypot(turned[1]) * std::f64::consts::FRAC_1_SQRT_2;
+        out.size_n = out.size_relative * force_n(task, "friction");
         out.p_model = (2.0 * (-minus_ln_p(out.gain, 1)).exp()).min(1.0);
     }
 }
@@ -141,7 +183,28 @@ fn strongest_structure(
         out.gain = excess(best);
         out.p_model = (list.len() as f64 * (-size(best)).exp()).min(1.0);
         out.p_runs = flips.p(score);
+        let share = (out.gain.max(0.0) / score.gain().max(1e-12)).sqrt();
+        out.size_n = share * size_n(task, projection, &groups[*i], score);
+        out.size_relative = out.size_n / force_n(task, &out.channel).max(1e-12);
     }
+}
+
+/// What a group of bases changes at its linear estimate: root mean square over the rows in contact, N.
+fn size_n(task: &Task<'_>, projection: &Projection<'_>, group: &BasisGroup, score: &Score) -> f64 {
+    let projected = projection.project_all(group.columns.iter());
+    let seen = group.columns.iter().zip(&projected).filter(|(_, own)| Projection::is_seen(own, least_size(group)));
+    let mut change_n = vec![0.0; task.sigma_n.len()];
+    for ((column, _), estimate) in seen.zip(score.estimate().0.iter()) {
+        for ((change, value), sigma) in change_n.iter_mut().zip(column).zip(&task.sigma_n) {
+            *change += estimate * value * sigma;
+        }
+    }
+    in_contact_n(task, group.channel, &change_n)
+}
+
+/// Squared size below which what is left of a group's columns carries nothing.
+fn least_size(group: &BasisGroup) -> f64 {
+    0.02 * group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max)
 }
 
 /// Scores of the groups that carry something beyond the nuisance, by number of the group.
@@ -149,9 +212,8 @@ fn group_scores(projection: &Projection<'_>, groups: &[BasisGroup]) -> Vec<(usiz
     let mut scores: Vec<(usize, Score)> = Vec::new();
     let mut projected = projection.project_all(groups.iter().flat_map(|g| &g.columns)).into_iter();
     for (i, group) in groups.iter().enumerate() {
-        let raw = group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max);
         let own: Vec<ProjectedColumn> = projected.by_ref().take(group.columns.len()).collect();
-        if let Some(score) = projection.score(&own.iter().collect::<Vec<_>>(), 0.02 * raw) {
+        if let Some(score) = projection.score(&own.iter().collect::<Vec<_>>(), least_size(group)) {
             scores.push((i, score));
         }
     }

@@ -134,8 +134,7 @@ impl<'a> Projection<'a> {
     /// `raw_size`: largest squared size of the columns before the projection
     pub fn score(&self, columns: &[&ProjectedColumn], raw_size: f64) -> Option<Score> {
         // Columns that the protocol cannot see (one axis of an anisotropy, say) leave the rest of the group testable.
-        let columns: Vec<&ProjectedColumn> =
-            columns.iter().copied().filter(|c| Self::size(c) > 1e-5 * raw_size + 1e-9).collect();
+        let columns: Vec<&ProjectedColumn> = columns.iter().copied().filter(|c| Self::is_seen(c, raw_size)).collect();
         let k = columns.len();
         if k == 0 {
             return None;
@@ -151,6 +150,11 @@ impl<'a> Projection<'a> {
         let end = self.task.layout.len();
         let fixed = columns.iter().map(|c| dot(&c.values[end..], &self.residual.values[end..])).collect();
         Some(Score::new(per_run, fixed, inverse))
+    }
+
+    /// Whether the protocol sees a projected column.
+    pub fn is_seen(column: &ProjectedColumn, raw_size: f64) -> bool {
+        Self::size(column) > 1e-5 * raw_size + 1e-9
     }
 
     /// Product of a projected column with the residual.

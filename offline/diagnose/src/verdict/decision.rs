@@ -16,7 +16,7 @@ use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::competing::{CompetingHypotheses, competing_hypotheses};
 use crate::selection::discrepancy::ModelDiscrepancy;
 use crate::selection::forward::{LawEvidence, ROUNDS, Selection, SingleLawTest, select};
-use crate::selection::lack_of_fit::{Expectations, LackOfFit, lack_of_fit_test};
+use crate::selection::lack_of_fit::{Expectations, LEAST_SIZE, LackOfFit, lack_of_fit_test};
 use crate::selection::scan::why_untestable;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
@@ -118,10 +118,6 @@ impl<'a> Basis<'a> {
         Decision { set, task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift, too_small }
     }
 }
-
-/// Smallest effect that is named, as a share of the set's forces (root mean squares): the baseline's form is no more exact
-/// than that. Row by row a cross-talk would be any share of a friction that is still about zero.
-pub const LEAST_SIZE: f64 = 0.005;
 
 /// The least gain of a law. The calibration's runs have all depths, and where it determines the strength over direction better
 /// than the measured runs do, a law of the direction is judged against it as well; laws of the sensor have no driver.

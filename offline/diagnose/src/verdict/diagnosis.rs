@@ -9,6 +9,7 @@ use crate::data::lag::Lag;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::schema::{Caution, Diagnosis, NextExperiment};
+use crate::selection::lack_of_fit::force_n;
 use crate::verdict::calibrated::Calibrated;
 use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::checked::Checked;
@@ -17,7 +18,9 @@ use crate::verdict::effects_found::{calibrated_laws, effects};
 use crate::verdict::evidence::{DriverPlot, Evidence};
 use crate::verdict::exchanged;
 use crate::verdict::instrument;
+use crate::verdict::next_step::next_step;
 use crate::verdict::options::Options;
+use crate::verdict::regions::Maps;
 use crate::verdict::report_sections as sections;
 use crate::verdict::selected::Selected;
 
@@ -49,9 +52,10 @@ pub fn diagnose<E: From<DiagnoseError>>(
         }
         let concluded = Concluded::new(held_out, &calibrated, selected, reference, &mut cautions)?;
         stage("writing the report");
+        let maps = Maps::of(selected, concluded.verdict, &options.own);
         let (report, drivers) =
-            report(&calibrated, selected, &concluded, reference, options, (cautions, next_experiment));
-        let evidence = Evidence::new(&calibrated, selected, concluded, &options.own, drivers);
+            report(&calibrated, selected, &concluded, reference, options, (cautions, next_experiment), &maps);
+        let evidence = Evidence::new(&calibrated, selected, concluded, &options.own, (drivers, maps));
         Ok((report, evidence))
     })
 }
@@ -64,6 +68,7 @@ fn report(
     reference: &ReferenceCurves,
     options: &Options,
     (mut cautions, next_experiment): (Vec<Caution>, Option<NextExperiment>),
+    maps: &Maps,
 ) -> (Diagnosis, Vec<DriverPlot>) {
     let Selected { decision, before, lagging, .. } = *selected;
     let Concluded { verdict, calibration, holdout, .. } = concluded;
@@ -74,11 +79,13 @@ fn report(
         effects.sort_by(|a, b| b.gain_2ll.total_cmp(&a.gain_2ll));
     }
     effects.iter_mut().for_each(|e| e.own = options.own.formula_of(&e.law));
-    let mut disagreement = sections::disagreement(before, &options.own);
+    let mut disagreement = sections::disagreement(before, maps);
     let mut unexplained = sections::unexplained(decision, *verdict);
     if concluded.taken_back {
-        unexplained.locate(holdout, selected.lag().as_ref());
+        let force_n = ["normal", "friction"].map(|channel| force_n(&decision.task, channel));
+        unexplained.locate(holdout, selected.lag().as_ref(), force_n);
     }
+    unexplained.place(&maps.after);
     let range = CalibratedRange::of(calibration_set);
     range.mark(decision.set, options.settings.laws, &mut disagreement.regions, &mut effects, &mut unexplained);
     cautions.extend(range.cautions(decision.set));
@@ -91,7 +98,7 @@ fn report(
     cautions.extend(sections::implausible_cautions(&noise, &effects));
     let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default()));
     let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, calibrated.lag()));
-    let report = Diagnosis {
+    let mut report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
         verdict: *verdict,
         cautions,
@@ -107,6 +114,7 @@ fn report(
         power: None,
         stability: None,
         fe_confirmation: None,
+        next_step: String::new(),
         next_experiment,
         corrected_model: None,
         corrected_rms_n: None,
@@ -116,5 +124,6 @@ fn report(
         version: env!("CARGO_PKG_VERSION").into(),
         elapsed_s: 0.0,
     };
+    report.next_step = next_step(&report);
     (report, drivers)
 }

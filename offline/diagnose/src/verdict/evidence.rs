@@ -10,23 +10,18 @@ use crate::data::runs::RunSet;
 use crate::laws::{Column, LawsFile, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::PerEffect;
-use crate::schema::Region;
 use crate::statistics::calibration::Calibration;
-use crate::statistics::fit::Fit;
 use crate::verdict::calibrated::Calibrated;
 use crate::verdict::concluded::Concluded;
 use crate::verdict::cross_validation::noise_floor_n;
-use crate::verdict::decision::Decision;
-use crate::verdict::regions::residual_map;
+use crate::verdict::regions::Maps;
 use crate::verdict::selected::Selected;
 use crate::verdict::traces::{ForceTrace, worst_traces};
 
 /// Fits, sets and maps of a diagnosis, beyond its report.
 pub struct Evidence {
-    /// Residual map before any effect.
-    pub map_before: Vec<Region>,
-    /// With the claimed effects.
-    pub map_after: Vec<Region>,
+    /// Where simulation and measurement disagree, without and with the claimed effects.
+    pub maps: Maps,
     /// For each claimed effect the residual without it, and the fitted law, along its driver.
     pub drivers: Vec<DriverPlot>,
     /// Forces of the worst runs beside the models.
@@ -61,28 +56,24 @@ impl Evidence {
     /// The evidence of a conclusion.
     ///
     /// * `own`: laws of the user's file
-    /// * `drivers`: the plots of the claimed effects
+    /// * `drivers`: the plots of the claimed effects, with the maps
     pub fn new(
         calibrated: &Calibrated,
         selected: &Selected<'_, '_>,
         concluded: Concluded,
         own: &LawsFile,
-        drivers: Vec<DriverPlot>,
+        (drivers, maps): (Vec<DriverPlot>, Maps),
     ) -> Self {
-        let Selected { decision, before, .. } = *selected;
+        let Selected { decision, .. } = *selected;
         let Concluded { verdict, held_out, calibration, .. } = concluded;
         let (null, full) = (&decision.selection.null, selected.fit(verdict));
         let floor_n = noise_floor_n(&decision.task, &null.parameters, &null.laws, &decision.expected_variances);
-        let map_of = |decision: &Decision<'_>, fit: &Fit| {
-            residual_map(decision.set, own, &decision.task.residual_without_random_effects_n(fit))
-        };
         let mut sets = vec![&calibrated.calibration_set, decision.set];
         sets.extend(held_out.as_ref());
         Self {
             own: with_ranges_of(own, &sets),
             traces: worst_traces(&decision.task, decision.set, &calibration.fit, [null, full], &floor_n, 3),
-            map_before: map_of(before, &before.selection.null),
-            map_after: map_of(decision, full),
+            maps,
             drivers,
             parameters: full.parameters,
             laws: full.laws.clone(),
@@ -118,7 +109,7 @@ pub struct DriverPlot {
 
 /// Slide since touch and since the last turn from which on friction shows the strength, mm: before, it is what the turn left of the friction
 /// in the other direction.
-const FULL_SLIP_MM: f64 = 1.0;
+pub const FULL_SLIP_MM: f64 = 1.0;
 
 /// Residual without the effect, and the effect, along the law's first driver: relative to the prediction in each row for a driver that
 /// changes within a stroke, otherwise the sums over a run relative to that of the predictions.

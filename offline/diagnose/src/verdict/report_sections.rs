@@ -10,15 +10,15 @@ use crate::schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, Disagreement, EffectFound, IMPLAUSIBLE, LawTest,
     NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
 };
-use crate::selection::lack_of_fit::SCATTER_LEVEL;
+use crate::selection::lack_of_fit::{LEAST_SIZE, SCATTER_LEVEL};
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::statistics::tails::LEAST_GAIN;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
-use crate::verdict::decision::{Decision, LEAST_SIZE, TooSmall};
+use crate::verdict::decision::{Decision, TooSmall};
 use crate::verdict::next_experiment::{HypothesisPair, propose};
-use crate::verdict::regions::{residual_map, strongest};
+use crate::verdict::regions::{Maps, strongest};
 
 /// The strokes that would separate the competing laws of an ambiguous verdict.
 pub fn next_experiment(
@@ -44,17 +44,17 @@ pub fn next_experiment(
     propose(&decision.task, decision.set, &decision.selection.fit, &pairs, constraints, &own.columns)
 }
 
-/// Where baseline and measurement differ before any effect.
-pub fn disagreement(decision: &Decision<'_>, own: &LawsFile) -> Disagreement {
+/// How far baseline and measurement differ before any effect, and where.
+pub fn disagreement(decision: &Decision<'_>, maps: &Maps) -> Disagreement {
     let null = &decision.selection.null;
     let (mut rms, mut floor) = (ResidualSums::default(), ResidualSums::default());
-    let residual_n = decision.task.residual_without_random_effects_n(null);
-    rms.add(residual_n.iter().copied());
+    rms.add(decision.task.residual_without_random_effects_n(null).into_iter());
     floor.add(noise_floor_n(&decision.task, &null.parameters, &null.laws, &decision.expected_variances).into_iter());
     let (rms_n, floor_rms_n) = (rms.rms(), floor.rms());
     Disagreement {
         ratio: std::array::from_fn(|k| worst(&[rms_n[k]; 3], &[floor_rms_n[k]; 3])),
-        regions: strongest(&residual_map(decision.set, own, &residual_n), 12),
+        regions: strongest(&maps.before, &maps.named, 12),
+        along_driver: maps.along_driver(),
         rms_n,
         floor_rms_n,
     }
@@ -211,7 +211,23 @@ fn correlation_with_clock(set: &RunSet, column: Column) -> f64 {
 
 /// Laws that stand out from chance and are smaller than the model is exact.
 pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
-    decision.too_small.iter().map(|TooSmall { law, share, gain_2ll, .. }| {
+    let u = &decision.lack_of_fit;
+    let structure = u.is_too_small.then(|| Caution {
+        kind: "too_small".into(),
+        role: "measured".into(),
+        column: u.column.clone(),
+        text: format!(
+            "{} depends on {} beyond chance (gain {:.0}), by {:.1} mN or {:.2} % of it only, less than the {:.1} % to which the model's form \
+             can be trusted: it does not count.",
+            if u.channel == "normal" { "The normal force" } else { "Friction" },
+            u.column,
+            u.gain,
+            1000.0 * u.size_n,
+            100.0 * u.size_relative,
+            100.0 * LEAST_SIZE
+        ),
+    });
+    let laws = decision.too_small.iter().map(|TooSmall { law, share, gain_2ll, .. }| {
         let why = if *share < LEAST_SIZE {
             format!(
                 "would change the forces by {:.2} % only, less than the {:.1} % to which the model's form can be trusted",
@@ -231,7 +247,8 @@ pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Cauti
             column: String::new(),
             text: format!("{} stands out from chance, but {why}: it is not named.", law.name),
         }
-    })
+    });
+    laws.chain(structure)
 }
 
 /// Structure that the accepted laws leave.
@@ -251,6 +268,9 @@ pub fn unexplained(decision: &Decision<'_>, verdict: Verdict) -> UnexplainedFoun
         gain: u.gain,
         p_model: u.p_model.min(u.p_scatter),
         p_runs: u.p_runs,
+        size_n: u.size_n,
+        size_relative: u.size_relative,
+        largest_at: None,
         scatter_ratio: ScatterRatio { normal: u.scatter_ratio[0], friction: u.scatter_ratio[1] },
         partial: if unexplained { partial(decision) } else { Vec::new() },
     }

@@ -31,6 +31,14 @@ pub enum ConfigError {
     /// A friction law that is implausible for skin.
     #[error("friction: {0}")]
     Friction(LawError),
+    /// A stiffness of no finger.
+    #[error("{section}: {problem}")]
+    Stiffness {
+        /// Section of the configuration.
+        section: String,
+        /// Value, usual values, and what it would be in another unit.
+        problem: String,
+    },
     /// A rigid body that cannot be.
     #[error("rigid_body: {0}")]
     RigidBody(String),

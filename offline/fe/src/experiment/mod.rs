@@ -163,6 +163,9 @@ impl Config {
     /// # Errors
     /// [`ConfigError`]: of the shape, of the file, or of the file's contents.
     pub fn fingertip(&self) -> Result<(Fingertip, Origin), ConfigError> {
+        if let Some((section, doubt)) = self.tissue.doubts().into_iter().find(|(_, doubt)| doubt.is_refused) {
+            return Err(ConfigError::Stiffness { section, problem: doubt.sentence });
+        }
         if let (Some(name), None) = (self.tissue.regions.keys().next(), &self.imported) {
             let geometry = if self.volume.is_some() { "a label volume" } else { "a parametric fingertip" };
             return Err(ConfigError::NoSuchRegion(name.clone(), geometry));

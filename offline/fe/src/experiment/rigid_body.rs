@@ -104,7 +104,58 @@ impl RigidBodySettings {
 
 /// A height field from a file.
 fn read_heights(path: &Path) -> Result<HeightField, ConfigError> {
-    let formats::heights::Heights { nodes, spacing_mm, origin_mm, heights_mm } = formats::heights::read(path)?;
+    let heights = formats::heights::read(path)?;
+    if let Some(problem) = implausible_heights(&heights) {
+        return Err(ConfigError::RigidBody(format!("{}: {problem}", path.display())));
+    }
+    let formats::heights::Heights { nodes, spacing_mm, origin_mm, heights_mm } = heights;
     HeightField::new(nodes, spacing_mm, origin_mm, heights_mm)
         .map_err(|error: BodyShapeError| ConfigError::RigidBody(format!("{}: {error}", path.display())))
+}
+
+/// Longest sides that a height field under a fingertip has, mm.
+const GRID_MM: [f64; 2] = [0.3, 1000.0];
+/// Largest slope of a height field, root mean square from node to node.
+const STEEPEST: f64 = 10.0;
+
+/// What is wrong with a height field of a size or a slope that only another unit explains.
+fn implausible_heights(field: &formats::heights::Heights) -> Option<String> {
+    let formats::heights::Heights { nodes, spacing_mm, heights_mm, .. } = field;
+    let number = |value: f64| formats::significant(value, 3);
+    let sides = [0, 1].map(|k| spacing_mm[k] * (nodes[k] as f64 - 1.0));
+    let longest = sides[0].max(sides[1]);
+    let (unit, letters, factor) = match longest {
+        longest if longest < GRID_MM[0] => ("metres", "m", 1e3),
+        longest if longest > GRID_MM[1] => ("micrometres", "um", 1e-3),
+        _ => ("", "", 0.0),
+    };
+    let columns = |letters| format!("name the columns x_{letters}, y_{letters} and height_{letters}, or convert them");
+    if factor > 0.0 {
+        let [a, b] = sides.map(number);
+        let [c, d] = sides.map(|side| number(side * factor));
+        return Some(format!(
+            "the grid is {a} x {b} mm; is the file in {unit} ({c} x {d} mm)? If so, {} (of NRRD set `space units`)",
+            columns(letters)
+        ));
+    }
+    let [nx, ny] = *nodes;
+    let along = |step: usize, spacing: f64| {
+        let has_next = move |k: &usize| if step == 1 { k % nx + 1 < nx } else { k / nx + 1 < ny };
+        (0..heights_mm.len()).filter(has_next).map(move |k| ((heights_mm[k + step] - heights_mm[k]) / spacing).powi(2))
+    };
+    let (sum, count) =
+        along(1, spacing_mm[0]).chain(along(nx, spacing_mm[1])).fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+    let slope = (sum / count).sqrt();
+    if slope > STEEPEST && slope.is_finite() {
+        let (low, high) =
+            heights_mm.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        return Some(format!(
+            "the heights differ by {} mm over a grid of {} mm, a mean slope of {}; are the heights in micrometres? If so, name \
+             the column height_um, or convert it",
+            number(high - low),
+            number(longest),
+            number(slope)
+        ));
+    }
+    None
 }

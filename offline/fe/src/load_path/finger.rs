@@ -9,7 +9,7 @@ use serde::Deserializer;
 use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::{Outline, PenaltySettings, RigidBody};
-use crate::material::{Ogden, SaintVenantKirchhoff, partly};
+use crate::material::{Doubt, Ogden, SaintVenantKirchhoff, Stiffness, partly};
 use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::{PadFaces, SolverSettings};
 
@@ -97,6 +97,22 @@ impl Tissue {
             }
             Region::Soft(_) => self.regions.get(mesh.region_name(region)).copied(),
         }
+    }
+
+    /// Unusual stiffnesses, which another unit may explain, with the sections that hold them.
+    pub fn doubts(&self) -> Vec<(String, Doubt)> {
+        let own = [
+            ("skin", Stiffness::of_law(&self.skin), self.skin.young_mpa()),
+            ("subcutaneous", Stiffness::of_law(&self.subcutaneous), self.subcutaneous.young_mpa()),
+            ("nail", Stiffness::Nail, self.nail.young_mpa),
+            ("bone.elastic", Stiffness::Bone, self.bone.elastic.young_mpa),
+        ];
+        let own = own.into_iter().map(|(name, kind, young_mpa)| (format!("tissue.{name}"), kind.doubt(young_mpa)));
+        let named = self
+            .regions
+            .iter()
+            .map(|(name, law)| (format!("tissue.regions.{name}"), Stiffness::of_law(law).doubt(law.young_mpa())));
+        own.chain(named).filter_map(|(section, doubt)| Some((section, doubt?))).collect()
     }
 
     /// Every stiffness times `factor` (> 0): soft tissue, nail, bones, joint.

@@ -13,6 +13,7 @@ mod mooney_rivlin;
 mod neo_hooke;
 mod ogden;
 pub(crate) mod partly;
+mod plausible;
 mod principal;
 mod stability;
 mod svk;
@@ -22,6 +23,7 @@ pub use hyperelastic::Hyperelastic;
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hooke::NeoHooke;
 pub use ogden::{MOST_OGDEN_TERMS, Ogden, OgdenSeries, OgdenTerm};
+pub use plausible::{Doubt, Stiffness};
 pub use stability::{STABLE_STRETCHES, first_instability};
 pub use svk::SaintVenantKirchhoff;
 use wide::f64x8;
@@ -59,6 +61,19 @@ impl Material {
             Self::Linear(law) => lame_from_young(law.young_mpa, law.poisson).1,
             Self::Ogden(law) => law.shear_mpa(),
         }
+    }
+
+    /// Young's modulus at small strain, MPa.
+    pub fn young_mpa(&self) -> f64 {
+        let poisson = match self {
+            Self::NeoHooke(law) => law.poisson(),
+            Self::MooneyRivlin(law) => law.poisson(),
+            Self::Yeoh(law) => law.poisson(),
+            Self::OgdenSeries(law) => law.poisson(),
+            Self::Linear(law) => law.poisson,
+            Self::Ogden(law) => law.poisson(),
+        };
+        2.0 * (1.0 + poisson) * self.shear_mpa()
     }
 
     /// The law all of whose stresses are `factor` (> 0) times as large at the same deformation.

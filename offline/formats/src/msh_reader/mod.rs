@@ -2,7 +2,7 @@
 //!
 //! Physical volumes become element sets; physical surfaces become surfaces of quadrilaterals and triangles (by their
 //! corners) and, like physical curves and points, node sets. A group without a name has its tag as name. Of second order
-//! are 10-node tetrahedra with their faces and edges. Other versions, other shapes and partitioned files are refused with
+//! are 10-node tetrahedra with their faces and edges; hexahedra are read by their corners. Other versions, other shapes and partitioned files are refused with
 //! the Gmsh option that avoids them.
 
 mod cursor;
@@ -28,7 +28,7 @@ pub fn read(path: &Path) -> Result<RawMesh, Error> {
         coding: Coding::Text,
         names: Names::new(),
         entities: Entities::new(),
-        mesh: RawMesh::new(),
+        mesh: RawMesh { gmsh_edges: true, ..RawMesh::new() },
     };
     reader.file()?;
     Ok(reader.mesh)
@@ -73,9 +73,13 @@ impl Shape {
             2 => (2, 3, None, 3),
             3 => (2, 4, None, 4),
             9 => (2, 6, None, 3),
+            10 => (2, 9, None, 4),
+            16 => (2, 8, None, 4),
             4 => (3, 4, Some(RawKind::Tet), 0),
             5 => (3, 8, Some(RawKind::Hex), 0),
             11 => (3, 10, Some(RawKind::Tet10), 0),
+            12 => (3, 27, Some(RawKind::Hex), 0),
+            17 => (3, 20, Some(RawKind::Hex), 0),
             _ => return None,
         };
         Some(Self { dimension, nodes, solid, corners })
@@ -313,8 +317,8 @@ impl Reader<'_> {
 
     fn shape(&self, number: i64) -> Result<Shape, Error> {
         Shape::of(number).ok_or_else(|| {
-            let problem = "is not read: 8-node hexahedra (5) and tetrahedra of 4 and 10 nodes (4, 11) are; write the \
-                mesh with Mesh.ElementOrder = 1 (hexahedra) or 2 (tetrahedra)";
+            let problem = "is not read: hexahedra (5, 12, 17) and tetrahedra of 4 and 10 nodes (4, 11) are; write the \
+                mesh with Mesh.ElementOrder = 1 (hexahedra) or 2 (tetrahedra), without prisms and pyramids";
             self.at.fail(format!("element type {number}"), problem)
         })
     }
@@ -338,6 +342,13 @@ impl Reader<'_> {
             }
         }
         if let Some(kind) = shape.solid {
+            if kind == RawKind::Hex && nodes.len() > 8 {
+                nodes.truncate(8);
+                let remark = "nodes of second-order hexahedra but for their corners";
+                if !self.mesh.ignored.iter().any(|of| of == remark) {
+                    self.mesh.ignored.push(remark.into());
+                }
+            }
             self.mesh.elements.push(RawElement { label, kind, nodes });
         }
     }

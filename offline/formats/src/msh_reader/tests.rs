@@ -79,7 +79,7 @@ fn errors_name_line_section_and_value() {
     let cut = TET.find("$EndNodes").unwrap();
     for (text, expected) in [
         (TET.replace("4.1 0 8", "4.0 0 8"), ":2: $MeshFormat: `4.0 0 8` is not version 4.1 or 2.2"),
-        (TET.replace("3 9 4 1\n2 1", "3 9 17 1\n2 1"), ":30: $Elements: `element type 17` is not read"),
+        (TET.replace("3 9 4 1\n2 1", "3 9 18 1\n2 1"), ":30: $Elements: `element type 18` is not read"),
         (TET.replace("1 0 0\n0 1 0", "1 x 0\n0 1 0"), ":22: $Nodes: `x` is not such a number"),
         (TET.replace("1 0 0\n0 1 0", "1 nan 0\n0 1 0"), "`node 2` is not at a finite place"),
         (TET.replace("2 1 2 3 4\n", "2 1 2 3\n"), "the line has too few numbers"),

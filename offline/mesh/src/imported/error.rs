@@ -65,6 +65,36 @@ pub enum ImportError {
         /// The better of its two orientations.
         scaled_jacobian: f64,
     },
+    /// A 10-node tetrahedron with its edge nodes in another order than the file's format has.
+    #[error(
+        "element {element}: its mid-side nodes are in another order: by their places they belong to the edges {found} of its \
+         corners, and the format has {expected}; {elements} elements of the file have such an order. Write the mid-side nodes in \
+         the order of the format"
+    )]
+    EdgeOrder {
+        /// Its number.
+        element: u64,
+        /// Edges on which its nodes 5 to 10 lie.
+        found: String,
+        /// Edges of the format.
+        expected: String,
+        /// How many such elements there are.
+        elements: usize,
+    },
+    /// The mesh is far larger or smaller than a fingertip, and another unit explains it.
+    #[error(
+        "the mesh is {size} mm with imported.unit_mm = {unit_mm}, which no fingertip is: is the file in {name}? Set unit_mm = {proposed}"
+    )]
+    Unit {
+        /// Its extent along x, y and z.
+        size: String,
+        /// The unit as it is set.
+        unit_mm: f64,
+        /// The unit that the file probably has.
+        name: &'static str,
+        /// Its length, mm.
+        proposed: f64,
+    },
     /// Soft tissue of tetrahedra that lock.
     #[error(
         "element {element} ({region}) is a 4-node tetrahedron, which locks in nearly incompressible tissue: write the \

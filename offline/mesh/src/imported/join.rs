@@ -30,6 +30,7 @@ pub(super) fn elements(
     let mut report = ImportReport {
         unused_nodes: raw.nodes.len() - used.len(),
         ignored: raw.ignored.clone(),
+        renumbered: raw.renumbered.clone(),
         ..ImportReport::default()
     };
     let (index, node_labels, nodes) = merged(&used, &places, &tied_slaves(raw), settings.merge_mm);

@@ -5,6 +5,7 @@
 //! own. May use: the rest of mesh.
 
 mod bodies;
+mod edge_order;
 mod error;
 mod join;
 mod sets;
@@ -20,6 +21,7 @@ use nalgebra::{Matrix3, Vector3};
 
 pub use error::ImportError;
 pub use fingerpad_formats::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
+use fingerpad_formats::significant;
 pub use settings::{ImportFrame, ImportedGeometry, RegionNames, SetNames};
 
 use super::quality::{hex_scaled_jacobian, tet_scaled_jacobian, tet10_scaled_jacobian};
@@ -51,6 +53,8 @@ pub struct ImportReport {
     pub attached_nodes: usize,
     /// Keywords and sections of the file that were skipped.
     pub ignored: Vec<String>,
+    /// Numbers of the file that were changed, as sentences: messages name the changed ones.
+    pub renumbered: Vec<String>,
 }
 
 /// The mesh under construction, with the file's numbers of everything.
@@ -85,7 +89,8 @@ pub fn imported_fingertip(
 ) -> Result<ImportedFingertip, ImportError> {
     settings.validate()?;
     let mut draft = join::elements(raw, settings, soft_regions)?;
-    orient(&mut draft)?;
+    size(&draft.mesh, settings)?;
+    orient(&mut draft, raw)?;
     join::ties(&mut draft, raw, settings)?;
     sets::named_sets(&mut draft, raw, settings)?;
     bodies::attach_bones(&mut draft, settings);
@@ -146,8 +151,37 @@ impl ImportedGeometry {
     }
 }
 
+/// Longest side of the box around a fingertip, mm; a mesh outside of it is in another unit.
+const PLAUSIBLE_MM: [f64; 2] = [0.3, 3000.0];
+/// Units of files and the range of lengths that a fingertip has in them.
+const UNITS: [(&str, f64); 4] = [("metres", 1000.0), ("micrometres", 1e-3), ("nanometres", 1e-6), ("kilometres", 1e6)];
+/// Longest side of a fingertip from which a unit is guessed, mm.
+const USUAL_MM: [f64; 2] = [2.0, 300.0];
+
+/// Refuses a mesh of a size that only another unit explains.
+fn size(mesh: &Mesh, settings: &ImportedGeometry) -> Result<(), ImportError> {
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for place in &mesh.nodes {
+        (low, high) = (low.inf(place), high.sup(place));
+    }
+    let sides = high - low;
+    let longest = sides.max();
+    if !(longest > 0.0) || (PLAUSIBLE_MM[0]..=PLAUSIBLE_MM[1]).contains(&longest) {
+        return Ok(());
+    }
+    let explains = |factor: &f64| (USUAL_MM[0]..=USUAL_MM[1]).contains(&(longest * factor));
+    let Some((name, factor)) = UNITS.into_iter().find(|(_, factor)| explains(factor)) else { return Ok(()) };
+    let size = sides.map(|side| significant(side, 3));
+    Err(ImportError::Unit {
+        size: format!("{} x {} x {}", size[0], size[1], size[2]),
+        unit_mm: settings.unit_mm,
+        name,
+        proposed: settings.unit_mm * factor,
+    })
+}
+
 /// Turns elements that are inside out as a whole; refuses twisted ones.
-fn orient(draft: &mut Draft) -> Result<(), ImportError> {
+fn orient(draft: &mut Draft, raw: &RawMesh) -> Result<(), ImportError> {
     let mut turned = 0;
     for e in 0..draft.mesh.hexes.len() {
         let hex = draft.mesh.hexes[e];
@@ -191,8 +225,9 @@ fn orient(draft: &mut Draft) -> Result<(), ImportError> {
         let mirror = Tet10 { nodes: [n[0], n[2], n[1], n[3], n[6], n[5], n[4], n[7], n[9], n[8]], ..tet };
         let better = tet10_scaled_jacobian(&draft.mesh, &mirror);
         if !(better > 1e-9) {
-            let scaled_jacobian = scaled.max(better);
-            return Err(ImportError::Twisted { element: draft.element_labels[first + e], scaled_jacobian });
+            let (element, scaled_jacobian) = (draft.element_labels[first + e], scaled.max(better));
+            return Err(edge_order::refused(draft, e, raw.gmsh_edges)
+                .unwrap_or(ImportError::Twisted { element, scaled_jacobian }));
         }
         draft.mesh.tets10[e] = mirror;
         turned += 1;

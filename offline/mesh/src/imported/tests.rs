@@ -200,6 +200,68 @@ fn refusals_name_the_files_numbers() {
 }
 
 #[test]
+fn a_mesh_in_another_unit_is_refused_with_the_unit() {
+    for (factor, name, proposed) in [(1e-3, "metres", 1000.0), (1e3, "micrometres", 1e-3)] {
+        let scaled = |raw: &mut RawMesh| raw.nodes.iter_mut().for_each(|node| node.1 *= factor * 5.0);
+        let text = refused(scaled, &held());
+        assert!(text.contains(&format!("is the file in {name}? Set unit_mm = {proposed}")), "{text}");
+        let mut raw = cubes();
+        scaled(&mut raw);
+        let made = imported_fingertip(&raw, &ImportedGeometry { unit_mm: proposed, ..held() }, &[]).unwrap();
+        assert!((quality(&made.fingertip.mesh).volume_mm3() - 27.0 * 125.0).abs() < 1e-6);
+        // A file in mm with the unit of another.
+        let text = refused(
+            |raw| raw.nodes.iter_mut().for_each(|n| n.1 *= 5.0),
+            &ImportedGeometry { unit_mm: factor, ..held() },
+        );
+        assert!(text.contains("Set unit_mm = 1"), "{text}");
+    }
+}
+
+#[test]
+fn two_parts_placed_on_each_other_are_one_finger() {
+    // Two blocks, each numbered from 1, as CAE writes them: the upper one is moved on the lower one.
+    let mut part = String::from("*Node\n");
+    let node = |i: u64, j: u64, k: u64| 1 + (k * 3 + j) * 3 + i;
+    let all = |n: u64| (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| (i, j, k))));
+    all(3).for_each(|(i, j, k)| part += &format!("{}, {}., {}., {}.\n", node(i, j, k), i, j, k));
+    part += "*Element, type=C3D8RH\n";
+    for (n, (i, j, k)) in all(2).enumerate() {
+        let level = |k| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+        let nodes = [level(k), level(k + 1)].concat().iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+        part += &format!("{}, {nodes}\n", n + 1);
+    }
+    part += "*Nset, nset=Set-1, generate\n1, 27, 1\n*Elset, elset=Set-1, generate\n1, 8, 1\n*Solid Section, elset=Set-1, material=m\n,\n";
+    let text = format!(
+        "*Heading\n*Part, name=Shell\n{part}*End Part\n*Part, name=Core\n{part}*End Part\n*Assembly, name=Assembly\n\
+         *Instance, name=Shell-1, part=Shell\n*End Instance\n*Instance, name=Core-1, part=Core\n0., 0., 2.\n*End Instance\n\
+         *Nset, nset=proximal_fix, instance=Core-1, generate\n19, 27, 1\n*Elset, elset=_pad_S1, internal, instance=Shell-1\n1, 2, 3, 4\n\
+         *Surface, type=ELEMENT, name=pad\n_pad_S1, S1\n*End Assembly\n"
+    );
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("m.inp");
+    std::fs::write(&path, text).unwrap();
+    let raw = inp_reader::read(&path).unwrap();
+    for (skin, subcutaneous) in [("Shell", "Core"), ("Shell-1", "Core-1"), ("Shell-1.Set-1", "core-1.set-1")] {
+        let settings = ImportedGeometry {
+            regions: RegionNames {
+                skin: vec![skin.into()],
+                subcutaneous: vec![subcutaneous.into()],
+                ..RegionNames::default()
+            },
+            ..ImportedGeometry::default()
+        };
+        let made = imported_fingertip(&raw, &settings, &[]).unwrap();
+        let mesh = &made.fingertip.mesh;
+        assert_eq!((mesh.hexes.len(), mesh.nodes.len(), mesh.pad_faces.len()), (16, 45, 4));
+        assert_eq!((made.report.merged_nodes, made.report.renumbered.len()), (9, 1));
+        assert!((quality(mesh).volume_mm3() - 16.0).abs() < 1e-12);
+        assert!(mesh.node_set(set::PROXIMAL_FIX).iter().all(|n| mesh.nodes[*n as usize].z == 4.0));
+        assert_eq!(mesh.hexes.iter().filter(|h| h.region == Region::Skin).count(), 8);
+    }
+}
+
+#[test]
 fn bones_left_out_or_meshed_apart() {
     // The middle cube left out, its wall named as bone: a finger with a rigid core.
     let mut raw = cubes();

@@ -85,7 +85,7 @@ fn refusals_name_the_files_numbers() {
         raw.elements[e].nodes.truncate(4);
     };
     for (expected, text) in [
-        ("element 106 is twisted", refused(|r| r.elements[5].nodes.swap(4, 9))),
+        ("element 106 is twisted", refused(|r| r.elements[5].nodes.swap(0, 9))),
         ("element 107 (skin) is a 4-node tetrahedron, which locks", refused(|r| first_order(r, 6))),
         (
             "of 10 nodes and element 107 of first order share node",
@@ -122,4 +122,61 @@ fn refusals_name_the_files_numbers() {
         println!("{text}");
         assert!(text.contains(expected), "{text}\nshould contain: {expected}");
     }
+}
+
+#[test]
+fn edge_nodes_in_the_order_of_another_format_are_named() {
+    for (order, found, expected) in [
+        // Gmsh's order in an .inp, and Abaqus' in a .msh, which the reader has put into the other.
+        ([4, 5, 6, 7, 9, 8], "1-2, 2-3, 3-1, 1-4, 3-4, 2-4", "1-2, 2-3, 3-1, 1-4, 2-4, 3-4"),
+        ([4, 6, 5, 7, 8, 9], "1-2, 3-1, 2-3, 1-4, 2-4, 3-4", "1-2, 2-3, 3-1, 1-4, 2-4, 3-4"),
+        ([6, 4, 5, 8, 9, 7], "3-1, 1-2, 2-3, 2-4, 3-4, 1-4", "1-2, 2-3, 3-1, 1-4, 2-4, 3-4"),
+    ] {
+        let change = |raw: &mut RawMesh| {
+            for element in &mut raw.elements {
+                let nodes = element.nodes.clone();
+                (0..6).for_each(|k| element.nodes[4 + k] = nodes[order[k]]);
+            }
+        };
+        let text = refused(change);
+        let count = raw().elements.len();
+        assert!(
+            text.contains(&format!("edges {found} of its corners, and the format has {expected}; {count} elements")),
+            "{text}"
+        );
+    }
+    let text = refused(|raw| {
+        raw.gmsh_edges = true;
+        raw.elements.iter_mut().for_each(|element| element.nodes.swap(8, 9));
+    });
+    assert!(
+        text.contains(
+            "edges 1-2, 2-3, 3-1, 1-4, 2-4, 3-4 of its corners, and the format has 1-2, 2-3, 3-1, 1-4, 3-4, 2-4"
+        ),
+        "{text}"
+    );
+    // Two corners that are exchanged are no matter of the edges' order alone, and one element is counted alone.
+    let text = refused(|raw| raw.elements[3].nodes.swap(8, 9));
+    assert!(text.contains("element 104: its mid-side nodes") && text.contains("; 1 elements of the file"), "{text}");
+}
+
+#[test]
+fn faces_of_second_order_hold_all_their_nodes() {
+    let mut raw = raw();
+    let top: Vec<u64> = raw.node_sets.remove("top").unwrap();
+    // The held surface as 6-node triangles, as Gmsh writes physical surfaces.
+    let made = imported_fingertip(&self::raw(), &held(), &[]).unwrap().fingertip;
+    let mut label = 5000;
+    for face in &made.outer_triangles {
+        let nodes: Vec<u64> = face.iter().map(|n| u64::from(*n) + 1).collect();
+        if nodes.iter().all(|n| top.contains(n)) {
+            label += 1;
+            raw.elements.push(RawElement { label, kind: RawKind::Tri, nodes });
+            raw.element_sets.entry("top".into()).or_default().push(label);
+        }
+    }
+    let found = imported_fingertip(&raw, &held(), &[]).unwrap().fingertip.mesh;
+    let mut expected: Vec<u32> = top.iter().map(|n| *n as u32 - 1).collect();
+    expected.sort_unstable();
+    assert_eq!(found.node_set(set::PROXIMAL_FIX), expected);
 }

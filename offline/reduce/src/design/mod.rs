@@ -12,6 +12,7 @@ mod motions;
 mod path_builder;
 mod settings;
 mod shares;
+mod tip;
 mod turned_motions;
 
 use fingerpad_fe::experiment::RigidBodySettings;
@@ -20,6 +21,7 @@ use fingerpad_fe::load_path::{Drive, Path};
 pub use halton::halton;
 pub use settings::{DesignSettings, PathNumbers};
 pub use shares::{Batch, batches, share};
+pub use tip::{Tip, outline};
 
 use crate::ReduceError;
 use halton::HaltonPoint;
@@ -213,6 +215,8 @@ pub fn design(settings: &DesignSettings) -> Result<Vec<Experiment>, ReduceError>
             });
         }
     }
+    let depths_mm = [settings.depth_mm[1], settings.deep_mm[1]];
+    all.iter_mut().for_each(|e| settings.tip.adapt(&mut e.path, depths_mm));
     Ok(all)
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Kind;
+use super::{Kind, Tip};
 use crate::ReduceError;
 
 /// Depth range over the margin of drawn depths from its ends.
@@ -46,6 +46,9 @@ pub struct DesignSettings {
     pub axis_depths_mm: Vec<f64>,
     /// Number of drawn paths of each kind.
     pub paths: PathNumbers,
+    /// The tip whose sizes the paths follow; see [`Self::for_tip`].
+    #[serde(skip)]
+    pub tip: Tip,
 }
 
 /// Section `[design.paths]`: how many drawn paths of each kind are for calibration, and how many are held out.
@@ -110,6 +113,7 @@ impl Default for DesignSettings {
             deep_mm: [2.6, 5.2],
             axis_depths_mm: vec![0.3, 0.6, 1.0, 1.5, 2.0, 2.5],
             paths: PathNumbers::default(),
+            tip: Tip::default(),
         }
     }
 }
@@ -170,6 +174,16 @@ impl PathNumbers {
 }
 
 impl DesignSettings {
+    /// The same for a tip: depths, slides, spins and forces, which are those of the shipped finger by default, are scaled to it. Lengths or
+    /// forces that a file states are kept as they are.
+    #[must_use]
+    pub fn for_tip(self, tip: Tip) -> Self {
+        let Self { seed, pitch_deg, roll_deg, wide_pitch_deg, wide_roll_deg, paths, .. } = self.clone();
+        let default = Self::default();
+        let plain = Self { seed, pitch_deg, roll_deg, wide_pitch_deg, wide_roll_deg, paths, ..default };
+        if self == plain { Self { tip, ..self } } else { self }
+    }
+
     /// The same with the paths that the bed of springs does not represent: large forces, combined motion, rigid bodies.
     #[must_use]
     pub fn beyond_springs(self) -> Self {

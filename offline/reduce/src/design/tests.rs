@@ -1,7 +1,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
+use fingerpad_fe::mesh::{self, FingertipShape, MeshPreset, Nail};
 
 use super::*;
 
@@ -157,6 +159,80 @@ fn the_finger_that_ships_can_follow_every_path() {
             config.check_path(&e.path, &finger).unwrap_or_else(|error| panic!("seed {seed}: {}: {error}", e.name));
         }
     }
+}
+
+/// A dome on a fixed core.
+fn dome(radius_mm: f64, core_mm: f64) -> Finger {
+    let shape = FingertipShape {
+        half_width_mm: radius_mm,
+        half_thickness_mm: radius_mm,
+        length_mm: 2.0 * radius_mm,
+        cap_length_mm: radius_mm,
+        section_exponent: 2.0,
+        profile_exponent: 2.0,
+        taper_slope: 0.0,
+        taper_start_mm: radius_mm,
+        taper_blend_mm: 0.5 * radius_mm,
+        skin_thickness_mm: 0.15 * (radius_mm - core_mm),
+        bone_half_width_mm: core_mm,
+        bone_half_thickness_mm: core_mm,
+        bone_cap_length_mm: core_mm,
+        bone_section_exponent: 2.0,
+        bone_profile_exponent: 2.0,
+        bone_dorsal_offset_mm: 0.0,
+        bone_distal_clearance_mm: radius_mm - core_mm,
+        joint_start_mm: 0.3 * radius_mm,
+        joint_end_mm: 0.4 * radius_mm,
+        nail: Nail::None,
+        nail_start_mm: 0.5 * radius_mm,
+        nail_end_mm: radius_mm,
+        pad_height_mm: radius_mm - core_mm + 0.2,
+        inclination_deg: 45.0,
+        ..FingertipShape::default()
+    };
+    Finger::new(mesh::fingertip(&shape, &MeshPreset::Coarse.divisions()).unwrap(), &fixed_core()).unwrap()
+}
+
+fn fixed_core() -> Tissue {
+    let mut tissue = Tissue::default();
+    tissue.bone.kind = BoneKind::Fixed;
+    tissue
+}
+
+/// The paths follow the tip: none leads to a support, and the deepest uses a good part of the layer.
+#[test]
+fn every_tip_can_follow_its_paths() {
+    for [radius_mm, core_mm] in [[5.0, 2.5], [12.0, 7.0], [20.0, 12.0]] {
+        let finger = dome(radius_mm, core_mm);
+        let tip = Tip::of(&finger, &fixed_core(), &RubberFriction::coulomb(0.5, 0.006)).unwrap();
+        let deepest = tip.deepest_mm / (radius_mm - core_mm);
+        assert!((0.1..=0.56).contains(&deepest), "{radius_mm} {core_mm}: {deepest}");
+        let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+        let all = design(&DesignSettings::default().for_tip(tip.clone()).beyond_springs()).unwrap();
+        let mut pressed: f64 = 0.0;
+        for e in &all {
+            config.check_path(&e.path, &finger).unwrap_or_else(|error| panic!("{radius_mm} {}: {error}", e.name));
+            if e.path.drives[0] == Drive::Displacement {
+                pressed = e.path.waypoints.iter().map(|p| p.normal).fold(pressed, f64::max);
+            }
+        }
+        assert!(pressed > 0.8 * tip.deepest_mm && pressed <= tip.deepest_mm + 1e-9, "{pressed} of {}", tip.deepest_mm);
+    }
+}
+
+/// The design of the shipped finger, whose runs are stored, is that of its own tip. Lengths that a file states are kept.
+#[test]
+fn the_finger_that_ships_has_the_default_design() {
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    let tip = Tip::of(&config.finger().unwrap().0, &config.tissue, &config.friction).unwrap();
+    let settings = DesignSettings::default().beyond_springs();
+    let (own, default) = (design(&settings.clone().for_tip(tip.clone())).unwrap(), design(&settings).unwrap());
+    own.iter().zip(&default).for_each(|(own, default)| assert_eq!(own, default, "{tip:?}"));
+    let mut small = tip;
+    small.length = 0.5;
+    assert_ne!(design(&settings.clone().for_tip(small.clone())).unwrap(), design(&settings).unwrap());
+    let stated = DesignSettings { deep_mm: [2.6, 4.0], ..settings };
+    assert_eq!(design(&stated.clone().for_tip(small)).unwrap(), design(&stated).unwrap());
 }
 
 #[test]

@@ -17,6 +17,8 @@ const LEAST_DEPTH_MM: f64 = 0.01;
 const SLIPS: [f64; 2] = [0.03, 0.05];
 /// Weight of the smoothing between neighbouring nodes over the mean weight of the rows of a node. It determines nodes without rows.
 const SMOOTH: f64 = 0.03;
+/// One path in so many is followed, the slides along the axes apart.
+const EVERY: usize = 3;
 /// Largest factor on the spin moment. A light contact of a pad is about one patch and has little moment, whatever its ratio of friction.
 const MOMENT_MOST: f64 = 1.1;
 
@@ -118,11 +120,13 @@ pub fn runs_for_bed(
     settings_hash: &str,
 ) -> Result<Vec<Run>, ReduceError> {
     let model = PadModel::of(pad);
-    let neutral = [pad.numbers.neutral_pitch_deg, 0.0];
+    let neutral = f64::from(pad.numbers.neutral_pitch_deg);
     let of_ratios: Vec<&Run> =
-        runs.iter().filter(|run| !run.held_out && run.body.is_plane() && run.pose_deg() == Some(neutral)).collect();
+        runs.iter().filter(|run| !run.held_out && run.body.is_plane() && run.is_neutral(neutral)).collect();
     let ratios = Ratios::of(&model, &of_ratios, settings.depth_mm[1]);
-    let mut made = followed(pad, None, settings, settings_hash)?;
+    let axis_slides = 4 * settings.axis_depths_mm.len();
+    let all = followed(pad, None, settings, settings_hash)?.into_iter().enumerate();
+    let mut made: Vec<Run> = all.filter(|(k, _)| *k < axis_slides || k % EVERY == 0).map(|(_, run)| run).collect();
     for run in &mut made {
         run.held_out = false;
         run.samples.iter_mut().for_each(|sample| ratios.apply(sample));

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use fingerpad::Response;
 use fingerpad::pad::{Law, Numbers, Patch};
-use fingerpad_fe::contact::Outline;
+use fingerpad_fe::contact::{Outline, RubberFriction};
 use fingerpad_fe::load_path::Finger;
 use serde::{Deserialize, Serialize};
 
 use super::score::ANGLE_DEG;
 use super::{FitLimits, FittedNumbers, PadModel, PadScores, PadSize, fit, pad, replay, score_runs};
-use crate::{Kind, ReduceError, Run, Sample};
+use crate::{Kind, ReduceError, Run, Sample, Tip};
 
 /// Settings of the fit of a pad.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PadSettings {
     /// Number of patches.
     pub size: PadSize,
@@ -22,8 +22,10 @@ pub struct PadSettings {
     pub runs: usize,
     /// Limits of the fit.
     pub limits: FitLimits,
-    /// Start of the fit.
-    pub start: FittedNumbers,
+    /// The tip, by whose sizes the numbers of the fit are scaled.
+    pub tip: Tip,
+    /// Friction law of the runs.
+    pub friction: RubberFriction,
 }
 
 impl Default for PadSettings {
@@ -32,7 +34,8 @@ impl Default for PadSettings {
             size: PadSize { patches: 37 },
             runs: 80,
             limits: FitLimits { patience: 20, hold: false },
-            start: FittedNumbers::default(),
+            tip: Tip::default(),
+            friction: RubberFriction::default(),
         }
     }
 }
@@ -55,12 +58,13 @@ pub struct PadMeta {
 
 impl PadMeta {
     /// Replaces the errors by those of the present core along `held_out` runs.
-    pub fn rescore(&mut self, model: &PadModel, held_out: &[&Run], outline: &Outline) {
+    pub fn rescore(&mut self, model: &PadModel, held_out: &[&Run], outline: &Outline, law: &RubberFriction) {
         let mut by_kind: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
         for run in held_out {
             by_kind.entry(run.kind.as_str().to_owned()).or_default().push(run);
         }
-        self.held_out = by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(model, &runs, outline))).collect();
+        self.held_out =
+            by_kind.into_iter().map(|(kind, runs)| (kind, score_runs(model, &runs, outline, law))).collect();
     }
 }
 
@@ -163,9 +167,9 @@ pub fn make_pad(
     }
     let deepest =
         |runs: &[&Run]| runs.iter().flat_map(|run| &run.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
-    let at_rest = pad(finger, outline, settings.size, deepest(&of_fit))?;
+    let at_rest = pad(finger, outline, settings.size, settings.tip.length, deepest(&of_fit))?;
     let chosen = shared_out(&of_fit, settings.runs);
-    let fitted = fit(&at_rest, &settings.start, &chosen, outline, settings.limits);
+    let fitted = fit(&at_rest, &chosen, outline, settings);
     let mut model = at_rest.fitted(&fitted);
     model.set_bands(&of_fit, outline);
     let mut meta = PadMeta {
@@ -175,7 +179,7 @@ pub fn make_pad(
         fitted,
         held_out: BTreeMap::new(),
     };
-    meta.rescore(&model, &held_out, outline);
+    meta.rescore(&model, &held_out, outline, &settings.friction);
     Ok(MadePad { model, meta })
 }
 

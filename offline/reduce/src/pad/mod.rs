@@ -14,16 +14,21 @@ mod replay;
 mod score;
 
 use fingerpad::pad::{Law, MODES, Numbers, PACKED, Pad, Patch};
+use fingerpad_fe::contact::RubberFriction;
 use nalgebra::{SMatrix, Vector3};
+
+use crate::Tip;
 
 pub use bodies::body_of;
 pub use fit::{FitLimits, fit};
 pub use for_bed::{runs_for_bed, runs_in_pose};
 pub use make::{MadePad, PadMeta, PadSettings, make_pad};
+pub(crate) use patches::tilt;
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
 pub use replay::{replay, replay_on_plane};
 pub use score::{DepthScores, PadScores, score_depths, score_runs};
+pub(crate) use score::{is_free, largest};
 
 /// Largest number of patches of a pad.
 pub const MOST_PATCHES: usize = 64;
@@ -112,6 +117,24 @@ impl Default for FittedNumbers {
             sheared: 0.1529,
             weight: [2.27, -2.562, -0.7117],
         }
+    }
+}
+
+impl FittedNumbers {
+    /// The start of the fit of a tip with a friction law. The second order of the bulk's rigid motion on a fixed core starts at 0.
+    pub fn of_tip(tip: &Tip, friction: &RubberFriction) -> Self {
+        let mut start = Self::default();
+        crate::retune::scale_law(&mut start.law, tip.length, tip.pressure);
+        let human = RubberFriction::default();
+        // The strength of a patch is less nonlinear in the pressure than that of a point.
+        let [lambda, beta] = start.law.friction;
+        let share = (1.0 - friction.beta) / (1.0 - human.beta);
+        start.law.friction =
+            [friction.lambda * (lambda / human.lambda).powf(share), friction.beta + share * (beta - human.beta)];
+        if tip.is_fixed {
+            (start.law.lift, start.law.turn, start.weight) = ([[0.0; 12]; 2], 1.0, [0.0; 3]);
+        }
+        start
     }
 }
 

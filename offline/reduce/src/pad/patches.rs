@@ -39,6 +39,14 @@ const ROUNDS: usize = 60;
 const PITCHES_DEG: [f64; 7] = [-18.0, -10.0, 0.0, 10.0, 20.0, 30.0, 38.0];
 const ROLLS_DEG: [f64; 5] = [-25.0, -12.0, 0.0, 12.0, 25.0];
 const DEPTHS_MM: [f64; 4] = [0.3, 0.8, 1.6, 3.0];
+/// Pitch of the shipped finger in its neutral pose, degrees.
+const NEUTRAL_DEG: f64 = 30.0;
+
+/// Loads from which the bulk modes follow: pitches from the neutral one, degrees, and depths, mm.
+struct Poses {
+    pitches_deg: [f64; 7],
+    depths_mm: [f64; 4],
+}
 
 /// Angle from the neutral pose within which most contacts lie, degrees.
 const USUAL_DEG: f64 = 18.0;
@@ -46,18 +54,25 @@ const USUAL_DEG: f64 = 18.0;
 const LEAST_WEIGHT: f64 = 0.1;
 
 /// Rotation of the body relative to a finger that is pitched and rolled by these angles from its neutral pose, rad.
-pub(super) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
+pub(crate) fn tilt(pitch: f64, roll: f64) -> Rotation3<f64> {
     Rotation3::from_axis_angle(&Vector3::x_axis(), -roll) * Rotation3::from_axis_angle(&Vector3::y_axis(), -pitch)
 }
 
 /// The pad of a finger, before the fit to nonlinear runs.
 ///
 /// * `outline`: undeformed surface, from which depth is measured
+/// * `length`: size of the tip over that of the shipped finger, see [`crate::Tip`]
 /// * `depth_max_mm`: depth up to which the pad will be fitted
 ///
 /// # Errors
 /// [`ReduceError::Fit`] if the finger has no support, or if its surface has too few nodes for so many patches.
-pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64) -> Result<PadModel, ReduceError> {
+pub fn pad(
+    finger: &Finger,
+    outline: &Outline,
+    size: PadSize,
+    length: f64,
+    depth_max_mm: f64,
+) -> Result<PadModel, ReduceError> {
     let failed = |problem: String| ReduceError::Fit(problem);
     let compliance = RestCompliance::of(&finger.body).map_err(|e| failed(format!("compliance: {e}")))?;
     let nodes: Vec<Vector3<f64>> = compliance.nodes.iter().map(|&n| finger.mesh.nodes[n as usize]).collect();
@@ -65,7 +80,11 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     // Leaves out nodes that are fixed or belong to no face.
     let moves = |k: usize| areas[k] > 0.0 && compliance.matrix[(3 * k + 2, 3 * k + 2)] > 0.0;
     let used: Vec<usize> = (0..nodes.len()).filter(|&k| moves(k)).collect();
-    let weights = weights(&nodes, &areas, outline);
+    // The range of pitches is that of the shipped finger, whatever the neutral one.
+    let shift_deg = NEUTRAL_DEG - finger.neutral_pitch_deg.round();
+    let poses =
+        Poses { pitches_deg: PITCHES_DEG.map(|pitch| pitch + shift_deg), depths_mm: DEPTHS_MM.map(|d| d * length) };
+    let weights = weights(&nodes, &areas, outline, &poses);
     let patch_of = clusters(&used, &nodes, &weights, size.patches);
     let count = patch_of.iter().max().map_or(0, |m| m + 1);
     if used.len() < 2 * count {
@@ -90,7 +109,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
     let contact = compliance.matrix.view((0, 0), (3 * nodes.len(), 3 * nodes.len()));
     let of_patches = &means * contact * means.transpose();
     let root = of_patches.clone().cholesky().ok_or_else(|| failed("compliance is not positive".into()))?.l();
-    let loads = loads(&patches, &of_patches, outline);
+    let loads = loads(&patches, &of_patches, outline, &poses);
     // The modes that contain most of the energy of these loads, each scaled by its stiffness.
     let energies = root.transpose() * loads;
     let svd = energies.svd(true, false);
@@ -112,7 +131,7 @@ pub fn pad(finger: &Finger, outline: &Outline, size: PadSize, depth_max_mm: f64)
         squash: [0.0; PACKED],
         reach: 0.0,
         middle_mm: middle.into(),
-        first_touch_mm: reach(outline),
+        first_touch_mm: reach(outline, shift_deg),
         neutral_pitch_deg: finger.neutral_pitch_deg,
         pitch_range_deg: PITCH_RANGE_DEG,
         roll_max_deg: ROLL_MAX_DEG,
@@ -177,14 +196,14 @@ fn around(finger: &Finger, nodes: &[u32]) -> (Vec<f64>, Vec<Vector3<f64>>) {
 
 /// Weight of each node in the division into patches: its area times a factor that grows with the number of poses whose contact includes it,
 /// so that patches are small there.
-fn weights(nodes: &[Vector3<f64>], areas: &[f64], outline: &Outline) -> Vec<f64> {
+fn weights(nodes: &[Vector3<f64>], areas: &[f64], outline: &Outline, poses: &Poses) -> Vec<f64> {
     let mut touched = vec![0.0; nodes.len()];
     let mut whole = 0.0;
-    for (pitch, roll) in PITCHES_DEG.into_iter().flat_map(|p| ROLLS_DEG.map(|r| (p, r))) {
+    for (pitch, roll) in poses.pitches_deg.into_iter().flat_map(|p| ROLLS_DEG.map(|r| (p, r))) {
         let normal = tilt(pitch.to_radians(), roll.to_radians()) * Vector3::z();
         let height = first_touch(outline, &normal);
         let often = (-(pitch / USUAL_DEG).powi(2) - (roll / USUAL_DEG).powi(2)).exp();
-        for depth in DEPTHS_MM {
+        for depth in poses.depths_mm {
             whole += often;
             for (touched, node) in touched.iter_mut().zip(nodes) {
                 if height + depth > normal.dot(node) {
@@ -230,7 +249,12 @@ fn clusters(used: &[usize], nodes: &[Vector3<f64>], weights: &[f64], wanted: usi
         let own = nearest(&folded, &middles);
         if nodes[k].y < -1e-9 && mirrored[own] != usize::MAX { mirrored[own] } else { own }
     };
-    used.iter().map(patch).collect()
+    let found: Vec<usize> = used.iter().map(patch).collect();
+    // Where centres lie at equal distances from a node, one of them may have none.
+    let mut numbers: Vec<usize> = found.clone();
+    numbers.sort_unstable();
+    numbers.dedup();
+    found.into_iter().filter_map(|own| numbers.binary_search(&own).ok()).collect()
 }
 
 fn nearest(point: &Vector3<f64>, middles: &[Vector3<f64>]) -> usize {
@@ -266,13 +290,13 @@ fn k_means(points: &[usize], nodes: &[Vector3<f64>], weights: &[f64], count: usi
 
 /// Loads of contacts in many poses, N, one per column, each of unit energy: the pressure of a press, and its friction along x, along y and
 /// under a spin.
-fn loads(patches: &[Patch], compliance: &DMatrix<f64>, outline: &Outline) -> DMatrix<f64> {
+fn loads(patches: &[Patch], compliance: &DMatrix<f64>, outline: &Outline, poses: &Poses) -> DMatrix<f64> {
     let mut columns: Vec<DVector<f64>> = Vec::new();
-    for pitch in PITCHES_DEG {
+    for pitch in poses.pitches_deg {
         for roll in ROLLS_DEG {
             let tilt = tilt(pitch.to_radians(), roll.to_radians());
             let normal = tilt * Vector3::z();
-            for depth in DEPTHS_MM {
+            for depth in poses.depths_mm {
                 let height = first_touch(outline, &normal) + depth;
                 let pressure = press(patches, compliance, &normal, height);
                 if pressure.iter().sum::<f64>() <= 0.0 {
@@ -327,12 +351,12 @@ fn first_touch(outline: &Outline, normal: &Vector3<f64>) -> f64 {
 }
 
 /// The height of first touch over the poses, by least squares.
-fn reach(outline: &Outline) -> [f64; FIRST_TOUCH_TERMS] {
+fn reach(outline: &Outline, shift_deg: f64) -> [f64; FIRST_TOUCH_TERMS] {
     let mut rows = Vec::new();
     let mut heights = Vec::new();
     for pitch in (-20..=40).step_by(2) {
         for roll in (-30..=30).step_by(3) {
-            let normal = tilt(f64::from(pitch).to_radians(), f64::from(roll).to_radians()) * Vector3::z();
+            let normal = tilt((f64::from(pitch) + shift_deg).to_radians(), f64::from(roll).to_radians()) * Vector3::z();
             rows.push(first_touch_terms(normal.x, normal.y));
             heights.push(first_touch(outline, &normal));
         }

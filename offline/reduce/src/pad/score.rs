@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use fingerpad::Response;
-use fingerpad_fe::contact::Outline;
+use fingerpad_fe::contact::{Outline, RubberFriction};
 
 use super::make::off;
 use super::{PadModel, replay};
@@ -51,10 +51,18 @@ pub struct DepthScores {
 }
 
 /// Scores of the rows of `runs` between two depths, mm.
-pub fn score_depths(model: &PadModel, runs: &[&Run], outline: &Outline, [least, most]: [f64; 2]) -> DepthScores {
+///
+/// * `law`: friction law of the runs
+pub fn score_depths(
+    model: &PadModel,
+    runs: &[&Run],
+    outline: &Outline,
+    law: &RubberFriction,
+    [least, most]: [f64; 2],
+) -> DepthScores {
     let mut sums = DepthScores::default();
     for run in runs {
-        let [_, friction, _] = largest(run);
+        let [_, friction, _] = largest(run, [law.lambda, law.beta]);
         for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
             let normal = f64::from(s.normal_force_n);
             if !(least..most).contains(&f64::from(s.depth_mm)) || normal <= 0.0 {
@@ -76,18 +84,35 @@ pub fn score_depths(model: &PadModel, runs: &[&Run], outline: &Outline, [least, 
     }
 }
 
-/// Friction law for the limit of a run with little friction (a press, a spin): factor, MPa^(1 − beta), and exponent beta.
-const PUBLISHED: [f64; 2] = [0.086, 0.46];
-
-/// Largest normal force, friction (at least half of the law's strength under an even pressure), area of a run.
-pub(super) fn largest(run: &Run) -> [f64; 3] {
-    let [lambda, beta] = PUBLISHED;
+/// Largest normal force, friction (at least half of the strength under an even pressure), area of a run.
+///
+/// * `law`: lambda, MPa^(1 − beta), and beta
+pub(crate) fn largest(run: &Run, [lambda, beta]: [f64; 2]) -> [f64; 3] {
     run.samples.iter().fold([1e-9; 3], |most, s| {
         let friction = f64::from(s.friction_n[0]).hypot(s.friction_n[1].into());
         let (normal, area) = (f64::from(s.normal_force_n).max(0.0), f64::from(s.contact_area_mm2));
         let half = 0.5 * lambda * normal.powf(beta) * area.powf(1.0 - beta);
         [most[0].max(normal), most[1].max(friction).max(half), most[2].max(area)]
     })
+}
+
+/// Whether the strengths of a pad are fitted to a law. Under Coulomb's law they follow from the normal forces.
+pub(crate) fn is_free(law: &RubberFriction) -> bool {
+    law.beta != 1.0 || law.tau0_mpa != 0.0
+}
+
+/// Largest stick ratio of full slip: of the finite elements, and of a pad.
+const SLIPS: [f64; 2] = [0.01, 0.05];
+
+/// Friction of a row in full slip over that of the finite elements at the same normal force, a logarithm.
+pub(super) fn full_slip(s: &Sample, a: &Response<f64>, law: &RubberFriction) -> Option<f64> {
+    let of_fe = f64::from(s.friction_n[0]).hypot(s.friction_n[1].into());
+    let (of_pad, normal) = (a.friction_n[0].hypot(a.friction_n[1]), f64::from(s.normal_force_n));
+    let slips = f64::from(s.stick_ratio) < SLIPS[0] && a.stick_ratio < SLIPS[1];
+    // The area of a contact grows with the normal force to the power of about two thirds.
+    let exponent = law.beta + 2.0 / 3.0 * (1.0 - law.beta);
+    let is_loaded = of_fe.min(of_pad) > 0.0 && normal.min(a.normal_force_n) > 0.0;
+    (slips && is_loaded).then(|| (of_pad / of_fe).ln() - exponent * (a.normal_force_n / normal).ln())
 }
 
 /// Errors of a row: normal force, friction x and y (N), stick, centre x and y (mm), spin moment (N mm), area.
@@ -113,11 +138,13 @@ pub(super) fn errors(s: &Sample, a: &Response<f64>) -> [f64; 8] {
 pub(super) const ANGLE_DEG: f64 = 0.5;
 
 /// Scores over runs.
-pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline) -> PadScores {
+///
+/// * `law`: friction law of the runs
+pub fn score_runs(model: &PadModel, runs: &[&Run], outline: &Outline, law: &RubberFriction) -> PadScores {
     let (mut sums, mut rows, mut centres, mut lights, mut regimes) = ([0.0; 8], 0.0, 0.0, 0.0, [0.0; 2]);
     let (mut inside, mut with_band) = ([0.0; 2], 0.0);
     for run in runs {
-        let [normal, friction, area] = largest(run);
+        let [normal, friction, area] = largest(run, [law.lambda, law.beta]);
         for (s, a) in run.samples.iter().zip(replay(model, run, outline)) {
             if s.normal_force_n <= 0.0 {
                 continue;

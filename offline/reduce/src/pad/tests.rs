@@ -1,3 +1,4 @@
+use fingerpad::host::PadModelFile;
 use fingerpad::pad::{PadState, Plane};
 use fingerpad::{Motion, Response};
 use fingerpad_fe::experiment::Config;
@@ -6,11 +7,35 @@ use nalgebra::Vector3;
 
 use super::*;
 
+/// Under Coulomb's law friction in full slip is lambda N at every depth and in every pose.
+#[test]
+fn coulomb_friction_in_full_slip_is_exact() {
+    let file = PadModelFile::new(include_bytes!("../../data/models/fingertip-pad.fpm")).unwrap();
+    let mut model = PadModel::of(&file.file().pad);
+    model.numbers.law.friction = [0.8, 1.0];
+    let pad = model.pad();
+    for (depth_mm, pose) in
+        [(0.05, [30.0, 0.0]), (0.4, [30.0, 0.0]), (1.5, [30.0, 0.0]), (1.0, [50.0, 12.0]), (1.0, [20.0, -8.0])]
+    {
+        let mut state = PadState::<MOST_PATCHES, f64>::new(&pad).unwrap();
+        let mut last = Response::default();
+        for k in 1..=70 {
+            let slide = if k > 10 { 0.1 } else { 0.0 };
+            let depth_mm = depth_mm * f64::min(f64::from(k) / 10.0, 1.0);
+            let motion =
+                Motion { depth_mm, slide_increment_mm: [0.6 * slide, 0.8 * slide], dt_s: 1e-3, ..Motion::default() };
+            last = pad.step(&mut state, &Plane, motion, pose);
+        }
+        let ratio = last.friction_n[0].hypot(last.friction_n[1]) / last.normal_force_n;
+        assert!((ratio / 0.8 - 1.0).abs() < 3e-3, "{depth_mm} {pose:?}: {ratio}");
+    }
+}
+
 /// The default finger on a coarse mesh, in 24 patches.
 fn coarse() -> PadModel {
     let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let finger = config.finger().unwrap().0;
-    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 3.0)
+    pad(&finger, &finger.outline.clone().unwrap(), PadSize { patches: 24 }, 1.0, 3.0)
         .unwrap()
         .fitted(&FittedNumbers::default())
 }

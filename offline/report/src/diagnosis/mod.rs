@@ -24,27 +24,16 @@ pub use words::{cautions, summary, word};
 pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, ReportError> {
     let claimed = !report.effects.is_empty();
     let fe = report.fe_confirmation.as_ref();
-    let mut figures = vec![
-        Picture::wide_and_narrow(
-            "heldout",
-            "The gap on runs that no fit saw: as calibrated, refitted, with the effect",
-            words::gap_caption(report),
-            |narrow| figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) },
-        ),
-        Picture::wide_and_narrow("traces", "Forces of the three worst runs", words::traces_caption(), |narrow| {
-            force_plots::Traces { traces: &evidence.traces, claimed, narrow }
-        }),
-    ];
-    for (name, title, map, shown) in [
-        ("map_before", "Where simulation and measurement disagree, before any effect", &evidence.map_before, true),
-        ("map_after", "The same with the effect in the model", &evidence.map_after, claimed),
-    ] {
-        if shown {
-            let scale = residual_map::scale(&evidence.map_before);
-            let figure = |narrow| residual_map::ResidualMap { map, scale, narrow };
-            figures.push(Picture::wide_and_narrow(name, title, words::map_caption(), figure));
-        }
-    }
+    let mut figures =
+        vec![Picture::wide_and_narrow("heldout", words::gap_title(report), words::gap_caption(report), |narrow| {
+            figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) }
+        })];
+    let scale = residual_map::scale(&evidence.maps.before);
+    let map = |name, title, map| {
+        let figure = |narrow| residual_map::ResidualMap { map, named: &evidence.maps.named, scale, narrow };
+        Picture::wide_and_narrow(name, title, words::map_caption(claimed), figure)
+    };
+    figures.push(map("map_before", words::map_title(claimed), &evidence.maps.before));
     for (i, plot) in evidence.drivers.iter().enumerate() {
         let unit = words::unit(&plot.column, &evidence.own);
         let title = format!("Residual against {}, with the fitted law", words::column(&plot.column));
@@ -52,6 +41,15 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         let caption = words::driver_caption(plot);
         figures.push(Picture::wide_and_narrow(&format!("driver_{}", i + 1), title, caption, figure));
     }
+    if claimed {
+        figures.push(map("map_after", "The same with the effect in the model", &evidence.maps.after));
+    }
+    figures.push(Picture::wide_and_narrow(
+        "traces",
+        "Forces of the three worst runs",
+        words::traces_caption(),
+        |narrow| force_plots::Traces { traces: &evidence.traces, claimed, narrow },
+    ));
     figures.push(Picture::wide_and_narrow(
         "evidence",
         "Evidence for every law against the baseline alone",
@@ -176,7 +174,10 @@ mod tests {
         };
         let names = ["as calibrated", "refitted", "with the effect", "finite elements with it", "noise floor"];
         for narrow in [false, true] {
-            assert!(stays_within(&residual_map::ResidualMap { map: &map, scale: 0.2, narrow }), "map, {narrow}");
+            assert!(
+                stays_within(&residual_map::ResidualMap { map: &map, named: &["depth_mm"], scale: 0.2, narrow }),
+                "map, {narrow}"
+            );
             assert!(stays_within(&force_plots::Scatter { plot: &plot, narrow }), "scatter, {narrow}");
             assert!(stays_within(&figures::Driver { plot: &driver, unit: "°C", narrow }), "driver, {narrow}");
             let traces = &[trace(), trace(), trace()];

@@ -28,6 +28,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
             }
             p.number { (prose(&words::number(report))) }
             p.verdict { (prose(&words::verdict(report))) }
+            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
             @for sentence in repeated::sentences(report) { p.meta { (sentence) } }
             @if let Some((_, caution)) = red { p.warning { (prose(caution)) } }
             (figures(1, first))
@@ -63,7 +64,7 @@ fn basis() -> Markup {
                 "Effects act inside the model (strength, stiffness, depth, reading); a law is claimed only if the \
                  protocol distinguishes it from the others."
             }
-            li { "Held-out runs were read after the verdict." }
+            li { "A file of held-out runs is read after the laws are chosen; it may take a name back, and gives none." }
         }
         p { code { "report.json" } " holds every number of this page; every figure is beside it as an SVG file." }
     }
@@ -76,6 +77,7 @@ pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -
             h1 { "Verdict: " (words::word(report)) }
             @for (_, caution) in words::cautions(report) { p.warning { (prose(&caution)) } }
             @for sentence in sentences { p { (prose(sentence)) } }
+            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
             (effects(report))
             (figures(1, pictures))
             (next(report))
@@ -183,7 +185,7 @@ fn regions(report: &Diagnosis) -> Markup {
         }
         @if report.disagreement.regions.is_empty() { tr { td colspan="9" { "none" } } }
     };
-    html! { h2 { "Regions with large residuals before any effect" } (table(heads, rows)) }
+    html! { h2 { "Regions with large residuals without the effect" } (table(heads, rows)) }
 }
 
 fn noise(report: &Diagnosis) -> Markup {

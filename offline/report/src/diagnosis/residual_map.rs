@@ -18,6 +18,8 @@ pub fn scale(map: &[Region]) -> f64 {
 pub struct ResidualMap<'a> {
     /// The map.
     pub map: &'a [Region],
+    /// Columns that drive a named effect.
+    pub named: &'a [&'a str],
     /// Relative residual at full colour.
     pub scale: f64,
     /// Whether it is for a narrow page: one channel below the other.
@@ -66,7 +68,8 @@ impl Figure for ResidualMap<'_> {
                 if self.narrow || k == 0 {
                     let unit = self.map.iter().find(|r| r.column == column).map_or("", |r| r.unit.as_str());
                     let name = axis(column, unit);
-                    let style = Text { h: HPos::Right, ..Text::BODY }.within(&name, left - 14.0);
+                    let style = Text { h: HPos::Right, bold: self.named.contains(&column), ..Text::BODY }
+                        .within(&name, left - 14.0);
                     canvas.text(&name, (left - 12.0, y + 11.0), style);
                 }
                 let bins: Vec<&Region> =

@@ -2,8 +2,8 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Diagnosis, DriverPlot, EffectFound, FeConfirmation, FingerLawFound, FittedParameter, InputFile,
-    InstrumentLag, LawsFile, OwnFormula, Verdict,
+    COLUMNS, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation, FingerLawFound,
+    FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict,
 };
 
 /// A law's or a family's name in running text.
@@ -193,20 +193,56 @@ fn outside_note(report: &Diagnosis) -> String {
     }
 }
 
+/// The runs of the gap: those of a file neither chose nor fitted what is claimed, those of folds chose it.
+fn unseen(gap: &CrossValidationError) -> String {
+    if gap.method == "file" {
+        format!("{} runs that neither chose nor fitted it", gap.runs)
+    } else {
+        format!("the {} measured runs, each predicted by a fit without it (they chose what is fitted)", gap.runs)
+    }
+}
+
+/// A part of a column in words, with what is measured there beside the model.
+fn part(region: &Region) -> String {
+    let unit = if region.unit.is_empty() { String::new() } else { format!(" {}", region.unit) };
+    let sign = if region.mean_relative < 0.0 { "−" } else { "+" };
+    format!(
+        "{} {} to {}{unit} ({sign}{} %)",
+        column(&region.column),
+        significant(region.from, 3),
+        significant(region.to, 3),
+        fixed(100.0 * region.mean_relative.abs(), 0)
+    )
+}
+
+/// A sentence about where simulation and measurement disagree without the first effect: least and most along its driver.
+fn place(report: &Diagnosis) -> String {
+    match &report.disagreement.along_driver {
+        Some([low, high]) => format!(
+            " Without it, measured {} is off the model most at {} and {}.",
+            match low.channel.as_str() {
+                "normal" => "normal force",
+                _ => "friction",
+            },
+            part(low),
+            part(high)
+        ),
+        None => String::new(),
+    }
+}
+
 fn answer(report: &Diagnosis) -> String {
     let gap = &report.holdout;
+    let runs = unseen(gap);
     let closing = if gap.refused_after_n.is_some() {
         format!(
-            "No correction is made and no corrected.fpm written: on {} runs that no fit saw, the worst channel's residual \
-             is {} times the noise floor without the effect and no less with it.",
-            gap.runs,
+            "No correction is made and no corrected.fpm written: on {runs}, the worst channel's residual is {} times the noise floor without \
+             the effect and no less with it.",
             fixed(gap.ratio_before, 2)
         )
     } else {
         format!(
-            "On {} runs that no fit saw, the worst channel's residual goes from {} (as calibrated) over {} (refitted) to {} \
-             times the noise floor.",
-            gap.runs,
+            "On {runs}, the worst channel's residual goes from {} (as calibrated) over {} (refitted) to {} times the noise floor.",
             fixed(gap.ratio_calibrated, 2),
             fixed(gap.ratio_before, 2),
             fixed(gap.ratio_after, 2)
@@ -218,13 +254,13 @@ fn answer(report: &Diagnosis) -> String {
                 .into()
         }
         Verdict::None => format!(
-            "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times \
-             the noise floor in the worst channel of the held-out runs.",
+            "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times the noise floor in \
+             the worst channel of {runs}.",
             fixed(gap.ratio_before, 2)
         ),
         Verdict::Named => {
             let list: Vec<String> = report.effects.iter().map(|e| format!("{} ({})", plain(&e.law), size(e))).collect();
-            format!("Missing: {}. {closing}", list.join("; and "))
+            format!("Missing: {}.{} {closing}", list.join("; and "), place(report))
         }
         Verdict::Ambiguous => {
             let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
@@ -253,15 +289,18 @@ fn answer(report: &Diagnosis) -> String {
             };
             let left = report.holdout.ratio_after;
             let gap = if left > 2.0 {
-                format!(" On runs that no fit saw, the worst channel's residual is {} times the noise floor.", fixed(left, 2))
+                format!(" On {runs}, the worst channel's residual is {} times the noise floor.", fixed(left, 2))
             } else {
                 String::new()
             };
             format!(
-                "Something is there, and none of the known laws is it: {} depends on {} (gain {}), and the scatter \
+                "Something is there, and none of the known laws is it: {} depends on {} by {} mN or {} % of it{} (gain {}), and the scatter \
                  between runs is {} (normal) and {} (friction) times what the calibration explains.{gap}{partial}",
                 if u.channel == "normal" { "the normal force" } else { "friction" },
                 column(&u.column),
+                fixed(1000.0 * u.size_n, 1),
+                fixed(100.0 * u.size_relative, 1),
+                u.largest_at.as_ref().map_or_else(String::new, |r| format!(", most at {}", part(r))),
                 fixed(u.gain, 0),
                 fixed(u.scatter_ratio.normal, 1),
                 fixed(u.scatter_ratio.friction, 1)
@@ -289,18 +328,21 @@ pub fn name(verdict: Verdict) -> &'static str {
 pub fn summary(report: &Diagnosis) -> String {
     let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
     let first: String = cautions(report).iter().map(|(kind, text)| format!("{kind}: {text}\n")).collect();
-    format!("{first}verdict: {}\n{}{fe}", word(report), verdict(report))
+    format!("{first}verdict: {}\n{}{fe}\nNext: {}", word(report), verdict(report), report.next_step)
 }
 
 /// The finding of the finite elements, in one or two sentences.
 pub fn confirmation(fe: &FeConfirmation) -> String {
-    let worst = |a: [f64; 3]| (0..3).map(|k| a[k] / fe.floor_rms_n[k].max(1e-12)).fold(0.0, f64::max);
-    let (before, after) = (worst(fe.rms_before_n), worst(fe.rms_after_n));
-    let finding = if after < before {
-        if after <= 1.5 { "confirm it" } else { "are closer to the runs with it, but above the floor" }
-    } else {
-        "do not confirm it"
+    let [before, after] = fe.gap();
+    let finding = match fe.confirmed {
+        Confirmed::Yes => "confirm it",
+        Confirmed::InPart => "are closer to the runs with it, but above the floor",
+        Confirmed::Open if before <= 1.5 => "neither confirm nor contradict it, since there is no gap to close",
+        Confirmed::Open => "neither confirm nor contradict it, since their gap does not shrink",
+        Confirmed::No => "contradict it",
     };
+    let seen = if fe.set == "holdout" { "" } else { ", to which the effect was fitted" };
+    let [reduced_before, reduced_after] = fe.reduced_gap();
     let lost = if fe.without_equilibrium.is_empty() {
         String::new()
     } else {
@@ -308,15 +350,15 @@ pub fn confirmation(fe: &FeConfirmation) -> String {
     };
     format!(
         "The finite elements (shape {}, {} mesh) {finding}: with the effect inside their law the worst channel's residual changes from {} \
-         to {} times the noise floor on {} strokes of the {} set; the reduced model goes from {} to {} on the same.{lost}",
+         to {} times the noise floor on {} strokes of the {} set{seen}; the reduced model goes from {} to {} on the same.{lost}",
         fe.shape,
         fe.mesh,
         fixed(before, 2),
         fixed(after, 2),
         fe.runs.len(),
         fe.set,
-        fixed(worst(fe.reduced_before_n), 2),
-        fixed(worst(fe.reduced_after_n), 2)
+        fixed(reduced_before, 2),
+        fixed(reduced_after, 2)
     )
 }
 
@@ -335,11 +377,28 @@ pub fn confirmation_caption(fe: &FeConfirmation) -> String {
     )
 }
 
+/// Above the first residual map.
+pub fn map_title(claimed: bool) -> &'static str {
+    if claimed {
+        "Where simulation and measurement disagree without the effect"
+    } else {
+        "Where simulation and measurement disagree"
+    }
+}
+
 /// Under a residual map.
-pub fn map_caption() -> &'static str {
-    "Mean relative residual over runs in parts of each column, one row a column, six parts from low to high; \
-     left normal force, then friction along and across the motion. Red: more force measured than predicted. A dot marks parts \
-     whose mean is more than 3.5 standard errors over runs from zero."
+pub fn map_caption(claimed: bool) -> String {
+    let named = if claimed {
+        " The first columns, in bold, drive the named effect. The finger is the one refitted with it: a refit without it would spread the gap \
+         over other columns."
+    } else {
+        ""
+    };
+    format!(
+        "Mean relative residual over runs in parts of each column, one row a column, at most six parts from low to high; left normal force, \
+         then friction in full slip, along and across the motion. Red: more force measured than predicted. A dot marks parts whose mean is more than 3.5 \
+         standard errors over runs from zero.{named}"
+    )
 }
 
 /// Under the force traces.
@@ -408,6 +467,15 @@ pub fn bars_caption(report: &Diagnosis) -> String {
         report.tests.iter().filter(|t| !t.testable).map(|t| format!("{} ({})", plain(&t.law), t.reason)).collect();
     let rest = if untestable.is_empty() { String::new() } else { format!(" Not testable: {}.", untestable.join("; ")) };
     format!("Gain in 2 log likelihood, logarithmic; filled where the law passes the tests as the first one.{rest}")
+}
+
+/// Above the gap.
+pub fn gap_title(report: &Diagnosis) -> &'static str {
+    if report.holdout.method == "file" {
+        "The gap on runs that neither chose nor fitted: as calibrated, refitted, with the effect"
+    } else {
+        "The gap on runs left out of the fit in turn: as calibrated, refitted, with the effect"
+    }
 }
 
 /// Under the gap.

@@ -1,0 +1,65 @@
+"""The observer of the margin has the bits of the core along the readings of the core's own test (core/tests/all/margin.rs)."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+
+import fingerpad
+from fingerpad import InputError, MarginObserver, Model, Status
+
+DIGEST = 0x2C0BF289
+KNOWN = ["no_contact", "prior", "part", "strength"]
+
+
+def single(x: float) -> float:
+    """The number rounded to 32 bits."""
+    return struct.unpack("<f", struct.pack("<f", x))[0]
+
+
+def test_the_bits_are_those_of_the_core() -> None:
+    observer = MarginObserver(Model.shipped())
+    seed, digest, variance = 7, 0, 2.0**-15
+
+    def noise() -> float:
+        nonlocal seed
+        seed = (seed * 1664525 + 1013904223) % 2**32
+        return ((seed >> 8) / 2**24 - 0.5) / 64
+
+    for k in range(600):
+        # The words in the order in which the core's test draws them.
+        normal = single(min(k, 256) / 512 + noise())
+        friction = [single(max(k - 300, 0) / 1024 + noise()), noise()]
+        slide = [single((2**-7 if k > 300 else 0) + noise()), noise()]
+        m = observer.step(
+            normal,
+            *friction,
+            *slide,
+            dt_s=0 if k % 97 == 96 else 2**-10,
+            normal_variance_n2=variance,
+            friction_covariance_n2=(variance, variance, 0),
+            slide_covariance_mm2=(variance, variance, 0),
+        )
+        if k % 97 == 96:
+            assert Status(m.status) == Status.BAD_TIME_STEP
+        floats = [
+            m.strength_factor,
+            m.strength_low,
+            m.strength_high,
+            m.slip_margin,
+            m.margin_low,
+            m.margin_high,
+            m.slip_chance,
+            m.stiffness_factor,
+            m.information,
+        ]
+        words = [struct.unpack("<I", struct.pack("<f", x))[0] for x in floats]
+        for word in [*words, KNOWN.index(m.known), int(m.surface_changed), m.status]:
+            digest = (digest << 5 & 0xFFFFFFFF | digest >> 27) ^ word
+    assert digest == DIGEST, hex(digest)
+
+
+def test_settings_out_of_range_are_refused() -> None:
+    with pytest.raises(InputError, match="out of range"):
+        MarginObserver(fingerpad.Model.shipped(), confidence=1.0)

@@ -1,0 +1,536 @@
+//! The margin to slip on a surface of unknown friction, from measured force and motion.
+//!
+//! Main types: [`MarginObserver`] (called at step rate), [`Reading`], [`Settings`], [`Margin`]. Uses the step of forces.
+//!
+//! A soft finger warns before it slips: partial slip bends the curve of friction over slide long before the limit. The observer compares
+//! the measured curve with those of a bank of contacts (twins) of different strength. Readings are averaged into blocks; at the end of
+//! each all twins move by the measured slide, at the depth at which the model has the measured normal force.
+//!
+//! The forces of a finger whose tangential stiffness is `s` times that of the model, on a surface of strength factor `f`, are `s` times
+//! those of the twin of strength `f/s`. The twins differ by that ratio; the stiffness factor under each is a normal distribution in
+//! closed form. What model, zero and drift of the sensors have in common, an error that changes slowly along the slide, is one state of
+//! a Kalman filter whose gain is the same for all twins.
+
+mod input;
+mod posterior;
+
+use input::Variances;
+pub use input::{Reading, Settings};
+use posterior::{Evidence, Normal, Posterior};
+
+use crate::math::{Elementary, Scalar, sqrt};
+use crate::step::share_of_limit;
+use crate::{Error, ForceStateOf, ModelOf, Motion, Status};
+
+/// Twins, and the step of the logarithm of their strength.
+const TWINS: usize = 33;
+const RATIO_STEP: f32 = 0.09;
+
+/// Logarithm and value of the twins' ratio of strength and stiffness factor.
+fn ratios() -> impl Iterator<Item = (f32, f32)> {
+    let growth = 1.094_174_3f32;
+    let start = -((TWINS / 2) as f32) * RATIO_STEP;
+    // e to the power of `start`.
+    let mut ratio = 0.236_927_76f32;
+    (0..TWINS).map(move |k| {
+        let this = ratio;
+        ratio *= growth;
+        (start + RATIO_STEP * k as f32, this)
+    })
+}
+
+/// Time constant of the forces that the margin is made of, s, and of their rates.
+const SMOOTH_S: f32 = 0.005;
+const RATE_S: f32 = 0.05;
+/// Longest time of a block, s.
+const BLOCK_S: f32 = 0.1;
+/// Least travel of a block over the slip length, and least change of the normal force over its value.
+const BLOCK_TRAVEL: f32 = 0.01;
+const BLOCK_CHANGE: f32 = 0.05;
+/// Standard errors by which a mean must differ before the twins follow it.
+const NOTICED: f32 = 3.0;
+/// Normal force of a contact beside three standard errors, N.
+const TOUCH_N: f32 = 2e-3;
+/// Share of the evidence that is forgotten per slip length, and with each reading that is left out.
+const FORGOTTEN: f32 = 0.05;
+const FORGOTTEN_WITHOUT: f32 = 0.01;
+/// Square of the innovation, in standard deviations, that fits no surface if two blocks in a row have it, or if one does.
+const SURPRISE: f32 = 25.0;
+const SURPRISE_ALONE: f32 = 64.0;
+/// Error of the model over friction where little of the limit is used, over that over the limit in full slip.
+const STEEP: f32 = 3.0;
+/// Least variance of a force that counts, N².
+const LEAST_N2: f32 = 1e-10;
+
+/// What the readings say about the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[repr(u8)]
+pub enum Known {
+    /// The finger does not touch: no margin.
+    #[default]
+    NoContact,
+    /// Nothing but the prior: the contact sticks, or the noise hides its slip.
+    Prior,
+    /// A part: surfaces are excluded, but the band is wider than half of that of the prior.
+    Part,
+    /// The curve of friction has bent: the strength is known within the band.
+    Strength,
+}
+
+/// What is known of the surface after a reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Margin {
+    /// Strength factor of the surface: estimate and band.
+    pub strength_factor: f32,
+    /// Lower end of its band.
+    pub strength_low: f32,
+    /// Upper end of its band.
+    pub strength_high: f32,
+    /// Slip margin of the present friction, 0 to 1, as [`crate::Response::slip_margin`]; 0 without contact.
+    pub slip_margin: f32,
+    /// Lower end of its band: 0 announces slip.
+    pub margin_low: f32,
+    /// Upper end of its band.
+    pub margin_high: f32,
+    /// Chance of full slip within [`Settings::ahead_s`] if friction and normal force continue at their present rates.
+    pub slip_chance: f32,
+    /// Tangential stiffness of the finger over that of the model.
+    pub stiffness_factor: f32,
+    /// Standard deviation of the logarithm of the strength factor over that of the prior, subtracted from 1.
+    pub information: f32,
+    /// What kind of knowledge this is.
+    pub known: Known,
+    /// Whether this reading made clear that nothing expected explains the readings: the strength starts again from its prior.
+    pub surface_changed: bool,
+    /// [`Status::BAD_INPUT`] for a number or a covariance that is unsound, [`Status::BAD_TIME_STEP`] for a clock that stands still,
+    /// [`Status::DEPTH_ABOVE_RANGE`] for a normal force beyond the model. The reading then taught nothing, and the bounds have widened.
+    pub status: Status,
+}
+
+/// A contact of the bank.
+#[derive(Clone, Copy, Debug)]
+struct Twin<const M: usize> {
+    state: ForceStateOf<M>,
+    /// Its share of the common error.
+    error_n: [f32; 2],
+}
+
+/// Readings since the last block.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gathered {
+    number: f32,
+    time_s: f32,
+    normal_n: f32,
+    friction_n: [f32; 2],
+    /// Sum of the positions since the last block.
+    position_mm: [f32; 2],
+    variances: [f32; 3],
+}
+
+/// Filtered forces and their rates.
+#[derive(Clone, Copy, Debug, Default)]
+struct Load {
+    /// Normal, along x and y, N.
+    now: [f32; 3],
+    slow: [f32; 3],
+    per_s: [f32; 3],
+}
+
+/// Finds the margin to slip on an unknown surface while the finger is loaded. No allocation, no panic; any bits in, bounded values out.
+///
+/// ```
+/// use fingerpad::build::Params;
+/// use fingerpad::margin::{Known, MarginObserver, Reading, Settings};
+///
+/// let data = Params::example().try_build()?;
+/// let mut observer = MarginObserver::<4, 37>::new(&data.model()?, Settings::default())?;
+/// let air = Reading {
+///     normal_variance_n2: 25e-6,
+///     friction_covariance_n2: [25e-6, 25e-6, 0.0],
+///     slide_covariance_mm2: [25e-6, 25e-6, 0.0],
+///     dt_s: 1e-3,
+///     ..Reading::default()
+/// };
+/// assert_eq!(observer.step(air).known, Known::NoContact);
+/// # Ok::<(), fingerpad::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct MarginObserver<'a, const M: usize, const N: usize> {
+    model: ModelOf<'a, M, N>,
+    settings: Settings,
+    twins: [Twin<M>; TWINS],
+    evidence: [Evidence; TWINS],
+    posterior: Posterior,
+    /// Prior of the stiffness factor, which earlier contacts improve.
+    stiffness: Normal,
+    /// The common error: its part of the measured friction, N, and its variance, N².
+    error_n: [f32; 2],
+    error_n2: f32,
+    /// Largest friction of late, N.
+    peak_n: f32,
+    gathered: Gathered,
+    /// Position since the last block, mm: measured, and delayed as the force.
+    here_mm: [f32; 2],
+    delayed_mm: [f32; 2],
+    /// Direction of the last slide.
+    ahead: [f32; 2],
+    load: Load,
+    /// Zero of friction, N, and the number of readings in the air.
+    tare_n: [f32; 2],
+    in_air: f32,
+    touches: bool,
+    /// Normal force that the twins follow, N, and the part of it that is shear's.
+    normal_n: f32,
+    of_shear_n: f32,
+    depth_mm: f32,
+    /// Whether the model has the normal force.
+    in_range: bool,
+    surprised: bool,
+    band: [f32; 2],
+    last: Margin,
+}
+
+impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
+    /// An observer without contact.
+    ///
+    /// * `model`: the finger, as calibrated
+    ///
+    /// # Errors
+    /// [`Error::Range`] with a setting that is out of its range.
+    pub fn new(model: &ModelOf<'a, M, N>, settings: Settings) -> Result<Self, Error> {
+        settings.check()?;
+        let stiffness = Normal { mean: 1.0, variance: settings.stiffness * settings.stiffness };
+        let twin = Twin { state: ForceStateOf::default(), error_n: [0.0; 2] };
+        let evidence = [Evidence::default(); TWINS];
+        let mut this = Self {
+            model: *model,
+            settings,
+            twins: [twin; TWINS],
+            evidence,
+            posterior: Posterior::new(&evidence, stiffness, settings.strength),
+            stiffness,
+            error_n: [0.0; 2],
+            error_n2: 0.0,
+            peak_n: 0.0,
+            gathered: Gathered::default(),
+            here_mm: [0.0; 2],
+            delayed_mm: [0.0; 2],
+            ahead: [0.0; 2],
+            load: Load::default(),
+            tare_n: [0.0; 2],
+            in_air: 0.0,
+            touches: false,
+            normal_n: 0.0,
+            of_shear_n: 0.0,
+            depth_mm: 0.0,
+            in_range: true,
+            surprised: false,
+            band: [0.0; 2],
+            last: Margin::default(),
+        };
+        this.leave();
+        Ok(this)
+    }
+
+    /// The finger leaves the surface, or begins: the next contact starts from the prior of the strength. What is known of the finger's
+    /// stiffness stays.
+    fn leave(&mut self) {
+        let least = self.settings.stiffness * self.settings.stiffness;
+        let known = self.posterior.stiffness;
+        // Half of the gain is kept: the place on the finger may be another.
+        self.stiffness = Normal { mean: known.mean, variance: (2.0 * known.variance).at_most(least) };
+        for (twin, (_, ratio)) in self.twins.iter_mut().zip(ratios()) {
+            *twin = Twin { state: ForceStateOf::default(), error_n: [0.0; 2] };
+            twin.state.set_strength_factor(ratio);
+        }
+        (self.touches, self.in_range) = (false, true);
+        (self.of_shear_n, self.depth_mm, self.normal_n, self.peak_n) = (0.0, 0.0, 0.0, 0.0);
+        self.gathered = Gathered::default();
+        (self.here_mm, self.delayed_mm, self.ahead) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+        self.reopen(self.settings.tare_n * self.settings.tare_n);
+    }
+
+    /// Forgets what is known of the strength.
+    fn reopen(&mut self, error_n2: f32) {
+        self.evidence = [Evidence::default(); TWINS];
+        for twin in &mut self.twins {
+            twin.error_n = [0.0; 2];
+        }
+        (self.error_n, self.error_n2) = ([0.0; 2], error_n2);
+        self.judge();
+    }
+
+    /// Updates the distribution of the strength and its band.
+    fn judge(&mut self) {
+        self.posterior = Posterior::new(&self.evidence, self.stiffness, self.settings.strength);
+        let rest = 0.5 * (1.0 - self.settings.confidence);
+        self.band = [self.posterior.quantile(rest), self.posterior.quantile(1.0 - rest)];
+    }
+
+    /// Takes a reading and returns what is known after it.
+    ///
+    /// A reading with a number or a covariance that is unsound, or with a clock that stands still, is left out and flagged. The bounds
+    /// then widen.
+    pub fn step(&mut self, reading: Reading) -> Margin {
+        let margin = match reading.check() {
+            Ok(variances) => self.take(&reading, &variances),
+            Err(status) => self.without(status),
+        };
+        self.last = margin;
+        margin
+    }
+
+    /// A reading that is left out.
+    fn without(&mut self, status: Status) -> Margin {
+        let [low, high] = self.band;
+        self.fade(1.0 - FORGOTTEN_WITHOUT);
+        self.judge();
+        self.band = [self.band[0].at_most(low), self.band[1].max(high)];
+        let last = self.last;
+        let now = self.margin(status);
+        Margin {
+            margin_low: now.margin_low.at_most(last.margin_low),
+            margin_high: now.margin_high.max(last.margin_high),
+            slip_chance: now.slip_chance.max(last.slip_chance),
+            ..now
+        }
+    }
+
+    fn fade(&mut self, kept: f32) {
+        for evidence in &mut self.evidence {
+            evidence.add(kept, 0.0, 0.0);
+        }
+    }
+
+    fn take(&mut self, reading: &Reading, variances: &Variances) -> Margin {
+        let Reading { normal_force_n, friction_n, slide_increment_mm, dt_s, .. } = *reading;
+        let [x, y] = friction_n;
+        let now = [normal_force_n, x - self.tare_n[0], y - self.tare_n[1]];
+        self.load.follow(now, dt_s, !self.touches);
+        let filtered_n = sqrt((variances.normal * dt_s / (2.0 * SMOOTH_S + dt_s)).magnitude());
+        let least_n = 3.0 * filtered_n + TOUCH_N;
+        if self.touches && self.load.now[0] < 0.5 * least_n {
+            self.leave();
+            self.in_air = 0.0;
+        } else if !self.touches && self.load.now[0] > least_n {
+            self.touches = true;
+            let measured = variances.friction / self.in_air.max(1.0);
+            let before = self.settings.tare_n * self.settings.tare_n;
+            self.error_n2 = if self.in_air > 0.0 { before.at_most(measured) } else { before };
+        }
+        if !self.touches {
+            self.in_air = (self.in_air + 1.0).at_most(1000.0);
+            for (tare, force) in self.tare_n.iter_mut().zip(friction_n) {
+                *tare += (force - *tare) / self.in_air;
+            }
+            return self.margin(Status::OK);
+        }
+        let share = dt_s / (self.settings.force_lag_s + dt_s);
+        for ((here, delayed), by) in self.here_mm.iter_mut().zip(&mut self.delayed_mm).zip(slide_increment_mm) {
+            *here += by;
+            *delayed += share * (*here - *delayed);
+        }
+        self.gathered.add(now, self.delayed_mm, variances, dt_s);
+        let surface_changed = self.block_is_full() && self.follow_block();
+        let status = if self.in_range { Status::OK } else { Status::DEPTH_ABOVE_RANGE };
+        Margin { surface_changed, ..self.margin(status) }
+    }
+
+    /// Limit over stiffness at the estimate, mm.
+    fn slip_length_mm(&self) -> f32 {
+        let depth = self.depth_mm.max(0.05);
+        let strength = Elementary::exp(self.posterior.logarithm.mean);
+        let stiffness = self.model.stiffness_at(depth) * self.posterior.stiffness.mean;
+        (self.model.limit_at(depth) * strength / stiffness.max(1e-6)).max(1e-3).at_most(100.0)
+    }
+
+    fn block_is_full(&self) -> bool {
+        let g = &self.gathered;
+        let [normal, _, slide] = g.errors();
+        let [x, y] = g.mean_position();
+        let travel = BLOCK_TRAVEL * self.slip_length_mm();
+        let change = (g.normal_n / g.number - self.normal_n).magnitude();
+        x * x + y * y >= (travel * travel).max(NOTICED * NOTICED * slide)
+            || change >= (BLOCK_CHANGE * self.normal_n).max(NOTICED * sqrt(normal.magnitude()))
+            || g.time_s >= BLOCK_S
+    }
+
+    /// Moves the twins by the block and weighs them by its friction. Returns whether that fits no surface.
+    fn follow_block(&mut self) -> bool {
+        let g = core::mem::take(&mut self.gathered);
+        let [normal_n2, friction_n2, slide_mm2] = g.errors();
+        let per_number = 1.0 / g.number;
+        let friction = g.friction_n.map(|f| f * per_number);
+        let [x, y] = g.mean_position();
+        let travel = sqrt((x * x + y * y).magnitude());
+        // Noise must not shake the twins.
+        let moves = x * x + y * y > NOTICED * NOTICED * slide_mm2;
+        let by = if moves { [x, y] } else { [0.0; 2] };
+        for ((here, delayed), by) in self.here_mm.iter_mut().zip(&mut self.delayed_mm).zip(by) {
+            *here -= by;
+            *delayed -= by;
+        }
+        let normal = g.normal_n * per_number;
+        let before_n = self.normal_n;
+        if (normal - self.normal_n).magnitude() > NOTICED * sqrt(normal_n2.magnitude()) {
+            self.normal_n = normal;
+        }
+        let plain = (self.normal_n - self.of_shear_n).max(0.2 * self.normal_n);
+        self.depth_mm = self.model.depth_for_normal(plain);
+        self.in_range = self.depth_mm < (1.0 - 1e-4) * self.model.depth_max_mm();
+        let in_range = self.in_range;
+        let motion =
+            Motion { depth_mm: self.depth_mm, slide_increment_mm: by, spin_increment_rad: 0.0, dt_s: g.time_s };
+
+        // The common error.
+        let (length, stiffness) = (self.slip_length_mm(), self.model.stiffness_at(self.depth_mm));
+        let travel = if moves { travel } else { 0.0 };
+        let Settings { model_error, correlation, drift, play_mm, tare_drift_n, .. } = self.settings;
+        let kept = 1.0 / (1.0 + travel / (correlation * length));
+        let amount = sqrt((friction[0] * friction[0] + friction[1] * friction[1]).magnitude());
+        self.peak_n = (self.peak_n * kept).max(amount);
+        // The bed errs by a share of the limit, and by less where little of it is used.
+        let limit = stiffness * self.posterior.stiffness.mean * length;
+        let changed = ((self.normal_n - before_n).magnitude() / self.normal_n.max(TOUCH_N)).at_most(1.0);
+        let error = model_error * limit.at_most(STEEP * self.peak_n);
+        self.error_n2 = kept * kept * self.error_n2
+            + (1.0 - kept * kept) * error * error
+            + stiffness * stiffness * drift * drift * travel * length
+            + self.settings.press_error * self.settings.press_error * amount * amount * changed
+            + tare_drift_n * tare_drift_n * g.time_s;
+        let turns = moves && self.ahead[0] * by[0] + self.ahead[1] * by[1] < 0.0;
+        if moves {
+            self.ahead = by;
+        }
+        if turns {
+            self.error_n2 += stiffness * stiffness * play_mm * play_mm;
+        }
+        let by_normal = amount / self.normal_n.max(TOUCH_N);
+        let noise = friction_n2 + stiffness * stiffness * slide_mm2 + by_normal * by_normal * normal_n2;
+        let total = (self.error_n2 + noise).max(LEAST_N2).at_most(1e12);
+        let (per_total, gain) = (1.0 / total, (self.error_n2 / total).at_most(1.0));
+        self.error_n2 = (self.error_n2 * (1.0 - gain)).not_negative().at_most(1e12);
+
+        let measured = [friction[0] - kept * self.error_n[0], friction[1] - kept * self.error_n[1]];
+        self.error_n = [0, 1].map(|k| kept * self.error_n[k] + gain * measured[k]);
+        let remembered = if in_range { 1.0 - FORGOTTEN * (travel / length).at_most(1.0) } else { 1.0 - FORGOTTEN };
+        let posterior = &self.posterior;
+        // The least innovation among those that were possible.
+        let mut surprise = f32::MAX;
+        for (k, (twin, evidence)) in self.twins.iter_mut().zip(&mut self.evidence).enumerate() {
+            let forces = self.model.step_forces(&mut twin.state, motion);
+            let corrected = self.settings.curve_at(1.0 - forces.slip_margin);
+            let [x, y] = [0, 1].map(|k| forces.friction_n[k] * corrected - kept * twin.error_n[k]);
+            twin.error_n = [kept * twin.error_n[0] + gain * x, kept * twin.error_n[1] + gain * y];
+            if let Some(strength) = posterior.possible(k) {
+                let factor = strength / twin.state.strength_factor();
+                let [u, v] = [measured[0] - factor * x, measured[1] - factor * y];
+                surprise = surprise.min((u * u + v * v) * per_total);
+            }
+            if k == posterior.best {
+                self.of_shear_n = forces.normal_force_n - self.model.normal_at(self.depth_mm);
+            }
+            let by = if in_range { per_total } else { 0.0 };
+            evidence.add(remembered, (measured[0] * x + measured[1] * y) * by, (x * x + y * y) * by);
+        }
+        let changed = surprise > SURPRISE_ALONE || surprise > SURPRISE && self.surprised;
+        self.surprised = surprise > SURPRISE;
+        let [low, high] = self.band;
+        if changed {
+            self.reopen(error * error + self.settings.tare_n * self.settings.tare_n);
+        } else {
+            self.judge();
+        }
+        if !in_range {
+            self.band = [self.band[0].at_most(low), self.band[1].max(high)];
+        }
+        changed
+    }
+
+    /// Friction over that of full slip at a strength factor of 1.
+    fn used(&self, [normal, x, y]: [f32; 3]) -> f32 {
+        let depth = self.model.depth_for_normal((normal - self.of_shear_n).max(0.2 * normal).max(1e-6));
+        let limit = self.model.limit_at(depth);
+        let (row, t) = self.model.cell(depth);
+        share_of_limit(row, t, [x / limit, y / limit]).not_negative().at_most(1e6)
+    }
+
+    /// The margin of the present forces.
+    fn margin(&self, status: Status) -> Margin {
+        let [strength_low, strength_high] = self.band;
+        let Normal { mean, variance } = self.posterior.logarithm;
+        let strength_factor = Elementary::exp(mean).max(strength_low).at_most(strength_high);
+        let prior = self.settings.strength * self.settings.strength + self.settings.stiffness * self.settings.stiffness;
+        let information = (1.0 - sqrt((variance / prior).magnitude())).not_negative();
+        let mut margin = Margin {
+            strength_factor,
+            strength_low,
+            strength_high,
+            stiffness_factor: self.posterior.stiffness.mean,
+            information,
+            status,
+            ..Margin::default()
+        };
+        if !self.touches {
+            return margin;
+        }
+        let used = self.used(self.load.now);
+        let left = |strength: f32| (1.0 - used / strength).not_negative();
+        let rates = self.load.per_s.map(|rate| rate * self.settings.ahead_s);
+        let [normal, x, y] = self.load.now;
+        let later = self.used([(normal + rates[0]).max(0.0), x + rates[1], y + rates[2]]);
+        margin.slip_margin = left(strength_factor);
+        margin.margin_low = left(strength_low);
+        margin.margin_high = left(strength_high);
+        margin.slip_chance = self.posterior.below(later.max(used));
+        margin.known = if information < 0.15 {
+            Known::Prior
+        } else if information < 0.5 {
+            Known::Part
+        } else {
+            Known::Strength
+        };
+        margin
+    }
+}
+
+impl Gathered {
+    fn add(&mut self, [normal, x, y]: [f32; 3], position_mm: [f32; 2], variances: &Variances, dt_s: f32) {
+        self.number += 1.0;
+        self.time_s += dt_s;
+        self.normal_n += normal;
+        self.friction_n = [self.friction_n[0] + x, self.friction_n[1] + y];
+        self.position_mm = [self.position_mm[0] + position_mm[0], self.position_mm[1] + position_mm[1]];
+        for (sum, variance) in self.variances.iter_mut().zip([variances.normal, variances.friction, variances.slide]) {
+            *sum += variance;
+        }
+    }
+
+    fn mean_position(&self) -> [f32; 2] {
+        self.position_mm.map(|sum| sum / self.number.max(1.0))
+    }
+
+    /// Variances of the means: normal force, friction, position.
+    fn errors(&self) -> [f32; 3] {
+        let per_square = 1.0 / (self.number * self.number).max(1.0);
+        self.variances.map(|sum| sum * per_square)
+    }
+}
+
+impl Load {
+    /// Filters a reading; a `fresh` one of the friction starts anew.
+    fn follow(&mut self, reading: [f32; 3], dt_s: f32, fresh: bool) {
+        let (quick, slow) = (dt_s / (SMOOTH_S + dt_s), dt_s / (RATE_S + dt_s));
+        let filters = self.now.iter_mut().zip(&mut self.slow).zip(&mut self.per_s);
+        for (((now, lagging), rate), value) in filters.zip(reading) {
+            *now += quick * (value - *now);
+            *lagging += slow * (*now - *lagging);
+            *rate = if fresh { 0.0 } else { (*now - *lagging) / RATE_S };
+        }
+    }
+}
