@@ -58,14 +58,14 @@ const CANDIDATES: [Candidate; 6] = [
     Candidate {
         name: "compressibility",
         parameters: &[Parameter { name: "factor on D", shipped: 1.0, bounds: [0.02, 10.0] }],
-        finger: |p, _| {
-            Ok(with_tissue(|skin, below| [skin, below].into_iter().for_each(|law| law.d_per_mpa *= p[0])))
-        },
+        finger: |p, _| Ok(with_tissue(|skin, below| [skin, below].into_iter().for_each(|law| law.d_per_mpa *= p[0]))),
     },
     Candidate {
         name: "stiffness of the skin",
         parameters: &[Parameter { name: "factor on the skin's stiffness", shipped: 1.0, bounds: [0.1, 10.0] }],
-        finger: |p, _| Ok(with_tissue(|skin, _| (skin.mu_mpa, skin.d_per_mpa) = (skin.mu_mpa * p[0], skin.d_per_mpa / p[0]))),
+        finger: |p, _| {
+            Ok(with_tissue(|skin, _| (skin.mu_mpa, skin.d_per_mpa) = (skin.mu_mpa * p[0], skin.d_per_mpa / p[0])))
+        },
     },
 ];
 
@@ -223,7 +223,9 @@ fn standard_errors(columns: &[Vec<f64>]) -> Vec<f64> {
 pub fn section(folder: &Path, jobs: usize) -> Result<String, Failure> {
     let fits = Mutex::new(Vec::new());
     let failed = in_turn(jobs, &CANDIDATES.each_ref(), |candidate| {
-        let fitted = Fit { candidate, folder, known: Vec::new(), error: None }.run().map_err(|e| format!("{}: {e}", candidate.name))?;
+        let fitted = Fit { candidate, folder, known: Vec::new(), error: None }
+            .run()
+            .map_err(|e| format!("{}: {e}", candidate.name))?;
         eprintln!("{}: chi² {:.1}; {}", candidate.name, fitted.sum, all_said(candidate, &fitted));
         fits.lock().expect("no panic while locked").push((*candidate, fitted));
         Ok(())

@@ -1,7 +1,7 @@
 //! Two fingers of finite elements against published experiments: one page with a table and a figure each.
 //!
-//! The finger of the paper has the published constants, with no tuning. The other one is this project's answer to what
-//! the first lacks; `--fit` finds its constants again.
+//! The finger of the paper has the published constants, with no tuning. The tissue of the other one stiffens; its constants
+//! are provisional. `--fit` fits each effect that the paper's finger may lack to five numbers of a press.
 
 mod fit;
 mod grip;
@@ -108,11 +108,7 @@ fn main() -> Result<(), Failure> {
 }
 
 /// Calls `run` for each item, `jobs` at a time; returns the last error.
-fn in_turn<T: Sync>(
-    jobs: usize,
-    items: &[T],
-    run: impl Fn(&T) -> Result<(), Failure> + Sync,
-) -> Option<String> {
+fn in_turn<T: Sync>(jobs: usize, items: &[T], run: impl Fn(&T) -> Result<(), Failure> + Sync) -> Option<String> {
     let (next, failed) = (AtomicUsize::new(0), Mutex::new(None));
     std::thread::scope(|scope| {
         for _ in 0..jobs.clamp(1, items.len().max(1)) {
@@ -164,8 +160,8 @@ fn page_head(lab: &Lab) -> String {
         "# What the published finger lacks: eight experiments\n\nThis page compares two fingers of finite elements with eight published \
          experiments, which other groups made with other fingers.\n\n- **paper**: shape E with the material constants and the friction \
          law that Yoshida, Tada and Mochimaru published in 2011 for one subject. Nothing is tuned. It is the default of every \
-         command.\n- **stiffening**: the same finger with tissue that stiffens (`{STIFFENING}`). Its constants were fitted to the five \
-         numbers marked `fitted` below, and to nothing else.\n\nEach number has a band with two sides, taken from its publication before \
+         command.\n- **stiffening**: the same finger with tissue that stiffens (`{STIFFENING}`). Its constants are provisional: they are \
+         those of a trial, and `--fit` has still to replace them.\n\nEach number has a band with two sides, taken from its publication before \
          any fit. Where a paper gives words only, the band is our reading of them. Where only its abstract was accessible, the \
          comparison is with the abstract. A number outside its band is bold. Mesh `{}`.\n\n`cargo xtask experiments` computes all numbers \
          and figures; with `--fit` it also finds the missing effect and its constants again.\n",
