@@ -62,8 +62,8 @@ enum Chore {
     },
     /// The book of `docs/` as a static site in `target/book/html`, with all its links checked
     Book(book::Args),
-    /// The finite elements against eight published experiments: one page with a figure and a verdict each (a quarter of an hour;
-    /// --coarse: a minute)
+    /// Two fingers of finite elements against eight published experiments: one page with a table and figures each (half an hour; --coarse:
+    /// minutes; --fit: finds the effect that the paper's finger lacks again)
     Experiments {
         /// Passed on to the program; names select experiments
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]

@@ -39,7 +39,7 @@ pub fn confirm() -> Result<()> {
 }
 
 pub fn experiments() -> Result<()> {
-    run(&mut program("experiments"))
+    run(program("experiments").arg("--fit"))
 }
 
 pub fn reference() -> Result<()> {

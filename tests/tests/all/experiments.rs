@@ -7,20 +7,24 @@ fn run(folder: &std::path::Path, args: &[&str]) -> std::process::Output {
 }
 
 #[test]
-fn an_experiment_has_a_verdict_and_a_figure() {
+fn an_experiment_has_a_table_and_a_figure_of_each_finger() {
     let dir = tempfile::tempdir().unwrap();
     let output = run(dir.path(), &["--coarse", "indentation", "load"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let page = std::fs::read_to_string(dir.path().join("experiments.md")).unwrap();
-    for part in ["mesh `coarse`", "- Published: about 82 %", "- Found: ", "- Verdict: **", "experiment_indentation.svg"]
-    {
+    for part in [
+        "Mesh `coarse`",
+        "Published: about 82 %",
+        "| displacement at 1 N over that at 5.2 N, % (fitted) | 72 to 92 | **4",
+    ] {
         assert!(page.contains(part), "no {part} in {page}");
     }
     // The order is that of the list, not that of the arguments.
-    assert!(page.find("experiment_load.svg") < page.find("experiment_indentation.svg"));
+    assert!(page.find("experiment_load_paper.svg") < page.find("experiment_indentation_paper.svg"));
     assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
-    for figure in ["experiment_load.svg", "experiment_indentation.svg"] {
-        assert!(std::fs::read(dir.path().join(figure)).unwrap().starts_with(b"<svg xmlns="));
+    for figure in ["load_paper", "indentation_paper", "indentation_stiffening"] {
+        let path = dir.path().join(format!("experiment_{figure}.svg"));
+        assert!(std::fs::read(path).unwrap().starts_with(b"<svg xmlns="));
     }
 }
 

@@ -5,7 +5,7 @@ use fingerpad_fe::load_path::{Drive, Path, Turn, Turns};
 use fingerpad_tests::problems::fingers::path;
 
 use super::Finding;
-use super::lab::{Failure, Lab, at, chart, depths_mm, exponent, friction_n, line};
+use super::lab::{Failure, Lab, Line, at, chart, depths_mm, exponent, friction_n, line};
 
 /// Longest travel of the plane in full slip, mm, and the arm by which a spin counts as travel, mm.
 const TRAVEL_MM: f64 = 8.0;
@@ -60,21 +60,14 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
         published: "the normal force at which a grip slips grows in proportion to the torque without tangential force, and in proportion to \
                     the tangential force without torque; together they are mainly additive, and the more tangential force there is, the \
                     less a torque adds",
-        found: format!(
-            "from 0.5 to 2 N the largest tangential force grows with the power {:.2} of the normal force, the largest torque with {:.2} \
-             (proportional: 1). At half of the largest tangential force {:.2} of the largest torque remains (additive: 0.5; ellipse: \
-             0.87)",
-            powers[0], powers[1], left
-        ),
-        verdict: format!(
-            "{}: less than additive together; outside: exponents by {:.2} for the tangential force and {:.2} for the torque",
-            if left > 0.5 { "inside" } else { "outside" },
-            powers[0] - 1.0,
-            powers[1] - 1.0
-        ),
+        lines: vec![
+            Line::new("exponent of the tangential force in the normal force", 2, powers[0], [0.9, 1.1]),
+            Line::new("exponent of the torque in the normal force", 2, powers[1], [0.9, 1.1]),
+            Line::new("share of the torque left at half of the tangential force", 2, left, [0.5, 0.87]),
+        ],
         remark: "The published friction law has an exponent of 0.46 in the pressure, from 0.1 to 0.5 N on acrylic. The experiment used \
-                 rayon, suede and sandpaper, whose friction is nearer to proportional. The torque is about the centre of pressure. Each \
-                 number is taken after 8 mm of travel; the contact at 2 N does not quite slip as a whole by then."
+                 rayon, suede and sandpaper, whose friction is nearer to proportional. The torque is about the centre of pressure. A share of \
+                 0.5 would be additive, 0.87 an ellipse. Each number is taken after 8 mm of travel; the contact at 2 N does not quite slip as a whole by then."
             .into(),
         charts: vec![
             chart(
@@ -98,11 +91,6 @@ pub fn torque(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// A force for the text; one that was not reached is a dash.
-fn force(force_n: f64) -> String {
-    if force_n.is_finite() { format!("{force_n:.2}") } else { "-".into() }
-}
-
 /// Slip force on spherically curved surfaces.
 pub fn curvature(lab: &Lab) -> Result<Finding, Failure> {
     let sphere = |radius_mm: f64| RigidBodySettings {
@@ -117,37 +105,34 @@ pub fn curvature(lab: &Lab) -> Result<Finding, Failure> {
         ("convex, 10 mm", sphere(10.0)),
         ("convex, 5 mm", sphere(5.0)),
     ];
-    // Half of the weight hangs on each finger: the lightest object, and a heavier one that the bowl still holds here.
-    let loads_n = [0.168, 0.3].map(|mass_kg| 0.5 * 9.81 * mass_kg);
+    // Half of the weight of the lightest object hangs on each finger.
+    const LOAD_N: f64 = 0.5 * 9.81 * 0.168;
     let (mut traces, mut slip) = (Vec::new(), Vec::new());
     for (name, body) in bodies {
         let presses = lab.press(&body, &depths_mm(if name.starts_with("concave") { 2.3 } else { 5.5 }, 28))?;
         let by_friction: Vec<[f64; 2]> = presses.iter().map(|p| [p.friction_limit_n, p.normal_force_n]).collect();
-        slip.push((name, loads_n.map(|load| at(&by_friction, load))));
+        slip.push((name, at(&by_friction, LOAD_N)));
         traces.push(line(name, by_friction.iter().map(|&[f, n]| [n, f]).filter(|p| p[0] < 6.0).collect()));
     }
     let flat = slip[1].1;
-    let listed = slip.iter().map(|(name, [light, heavy])| format!("{name} {} and {} N", force(*light), force(*heavy)));
-    let change = |k: usize| 100.0 * (slip[k].1[0] / flat[0] - 1.0);
-    let inside = |k: usize| if change(k) < 0.0 { "inside" } else { "outside" };
+    let curved = slip.iter().filter(|(name, _)| *name != "flat");
+    let change = |&(name, force_n): &(&str, f64)| {
+        let name = format!("slip force of 168 g against flat, {name}, %");
+        Line::new(name, 0, 100.0 * (force_n / flat - 1.0), [-50.0, 0.0])
+    };
+    let lines = curved.map(change).collect();
     Ok(Finding {
         title: "Slip force against curvature",
         source: "Jenmalm, Goodwin and Johansson 1998, J. Neurophysiol. 79:1643",
         published: "the grip force at which an object of 168 to 705 g slips is smaller for larger curvatures, concave and convex, than for \
                     flatter surfaces; the changes are moderate (spheres of radius 20 and 40 mm concave, 20, 10 and 5 mm convex)",
-        found: format!("slip force for 168 and 300 g: {}", listed.collect::<Vec<_>>().join("; ")),
-        verdict: format!(
-            "concave 40 mm {}: {:+.0} % against flat for 168 g; convex 5 mm {}: {:+.0} %",
-            inside(0),
-            change(0),
-            inside(4),
-            change(4)
-        ),
+        lines,
         remark: "With an exponent below 1, more area means more friction, so a convex surface, with less area, slips earlier. The \
                  measurement shows the opposite on convex surfaces. Another mechanism beside the area acts there, such as the slope of \
                  the surface against the load, which the integral of the law over the pressure omits. The concave surface of 20 mm is \
                  missing, because a bowl of this radius without a rim touches the held end of the finger before the pad. A dash means \
-                 that the friction limit stays below the load in the computed depths."
+                 that the friction limit stays below the load in the computed depths. The band of half the force is our reading of \
+                 `moderate`."
             .into(),
         charts: vec![chart("Friction at its limit", ["normal force (N)", "friction (N)"], traces)],
     })

@@ -1,4 +1,4 @@
-//! Runs of the shipped finger, and lines through their results.
+//! Runs of a finger, numbers beside published ones, and lines through results.
 
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -7,7 +7,7 @@ use fingerpad_fe::experiment::{Config, RigidBodySettings};
 use fingerpad_fe::load_path::{
     Finger, LoadPathError, Observed, Path, PressLimit, Problem, Response, Trajectory, follow_path, press_limits, probes,
 };
-use fingerpad_fe::mesh::{MeshPreset, below_skin};
+use fingerpad_fe::mesh::{MeshPreset, below_skin, set};
 use fingerpad_report::{Trace, TraceChart};
 use fingerpad_tests::problems::fingers::placed;
 
@@ -17,15 +17,55 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// Factors on the pad's height, tried in turn if skin beside the pad reaches the body.
 const PADS: [f64; 3] = [1.0, 1.5, 2.5];
 
-/// The finger that ships.
+/// One number of an experiment beside the band that its publication leaves.
+pub struct Line {
+    /// The quantity, with its unit.
+    pub name: String,
+    /// Result of the finite elements; NaN where it was not reached.
+    pub found: f64,
+    /// Least and largest value that agrees with the publication.
+    pub band: [f64; 2],
+    /// Digits after the point.
+    pub digits: usize,
+    /// Whether the parameters of the second finger were fitted to it.
+    pub fitted: bool,
+}
+
+impl Line {
+    /// A number that no fit uses.
+    pub fn new(name: impl Into<String>, digits: usize, found: f64, band: [f64; 2]) -> Self {
+        Self { name: name.into(), found, band, digits, fitted: false }
+    }
+
+    /// The same as a number that the fit uses.
+    pub fn fitted(self) -> Self {
+        Self { fitted: true, ..self }
+    }
+
+    /// Distance from the band; 0 inside, infinite where there is no number.
+    pub fn gap(&self) -> f64 {
+        if self.found.is_nan() {
+            return f64::INFINITY;
+        }
+        (self.band[0] - self.found).max(self.found - self.band[1]).max(0.0)
+    }
+
+    /// The number for the page; bold outside the band.
+    pub fn text(&self) -> String {
+        let number = if self.found.is_nan() { "-".into() } else { format!("{:.*}", self.digits, self.found) };
+        if self.gap() > 0.0 { format!("**{number}**") } else { number }
+    }
+}
+
+/// A finger in the laboratory.
 pub struct Lab {
     config: Config,
 }
 
 impl Lab {
-    /// The default finger on a mesh.
-    pub fn new(mesh_preset: MeshPreset) -> Self {
-        Self { config: Config { mesh_preset, ..Config::default() } }
+    /// A finger on a mesh.
+    pub fn new(config: Config, mesh_preset: MeshPreset) -> Self {
+        Self { config: Config { mesh_preset, ..config } }
     }
 
     /// Name of the mesh.
@@ -76,6 +116,26 @@ impl Lab {
             }
         }
         unreachable!("the last pad returns")
+    }
+}
+
+/// Shares of the height of the undeformed bone to which a press leads, tried in turn while the plane meets the bone.
+const ALMOST: [f64; 4] = [0.92, 0.88, 0.84, 0.8];
+
+impl Lab {
+    /// A press without friction on the plane, almost to the bone.
+    pub fn deep_press(&self) -> Result<Vec<PressLimit>, Failure> {
+        let finger = self.config.finger()?.0;
+        let bone = finger.mesh.node_set(set::DISTAL_BONE).iter().map(|&n| finger.mesh.nodes[n as usize].z);
+        let bone_mm = bone.fold(f64::INFINITY, f64::min);
+        let mut last = Err("no depth".into());
+        for share in ALMOST {
+            last = self.press(&RigidBodySettings::default(), &depths_mm(share * bone_mm, 40));
+            if last.is_ok() {
+                break;
+            }
+        }
+        last
     }
 }
 
