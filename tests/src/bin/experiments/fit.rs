@@ -156,7 +156,7 @@ impl Fit<'_> {
                 self.known.len() - 1
             }
         };
-        let stiffer = |p: &PressLimit| PressLimit { normal_force_n: stiffness * p.normal_force_n, ..p.clone() };
+        let stiffer = |p: &PressLimit| PressLimit { normal_force_n: stiffness * p.normal_force_n, ..*p };
         let presses: Vec<PressLimit> = self.known[at].1.iter().map(stiffer).collect();
         Ok(area_lines(&presses).into_iter().chain(depth_lines(&presses)).collect())
     }
