@@ -7,7 +7,7 @@ use fingerpad::build::ParamsOf;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Run;
-use crate::parameterisation::YIELD_MAX_MM;
+use crate::parameterisation::{ALLOWED, ODD_MAX, REACH, YIELD_MAX_MM};
 
 /// Friction over normal force in full slip where the plane moves along +x, along −x and along y, over the normal force N in N:
 /// exp(a + b ln N + c ln² N).
@@ -77,6 +77,7 @@ impl FullSlipLaw {
         let shares = params.springs.map(|spring| spring.stiffness_share);
         let all: f64 = shares.iter().sum();
         let q = params.odd_per_mm;
+        let most_mm = YIELD_MAX_MM.min(ALLOWED * ODD_MAX / (REACH * q.abs()).max(1e-9));
         let mut last = [0.0; M];
         for (node, row) in params.nodes.iter_mut().zip(&rows).skip(1) {
             let [kx, ky] = [row.stiffness_x.value, row.stiffness_y.value];
@@ -114,8 +115,8 @@ impl FullSlipLaw {
                 let scale = (ahead * back).sqrt();
                 node.tilt_x = (0.5 * (ahead - back) / scale).clamp(-TILT, TILT);
                 node.strength_ratio = (across / scale).clamp(RATIO[0], RATIO[1]);
-                let is_within = node.yield_slide_mm.iter().all(|slide| scale * slide <= YIELD_MAX_MM);
-                node.yield_slide_mm.iter_mut().for_each(|slide| *slide = (scale * *slide).min(YIELD_MAX_MM));
+                let is_within = node.yield_slide_mm.iter().all(|slide| scale * slide <= most_mm);
+                node.yield_slide_mm.iter_mut().for_each(|slide| *slide = (scale * *slide).min(most_mm));
                 if is_within {
                     break;
                 }

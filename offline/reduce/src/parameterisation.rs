@@ -40,10 +40,10 @@ pub struct InitialGuess {
 }
 
 /// Largest value in the fit over the bound of passivity; the rest is a margin for rounding.
-const ALLOWED: f64 = 0.97;
+pub(crate) const ALLOWED: f64 = 0.97;
 /// Largest |q| times the displacement of a spring on its tilted limit, and that displacement over the yield slide.
-const ODD_MAX: f64 = 0.4;
-const REACH: f64 = 1.29;
+pub(crate) const ODD_MAX: f64 = 0.4;
+pub(crate) const REACH: f64 = 1.29;
 /// Largest tilt of a limit.
 const TILT_MAX: f64 = 0.249;
 /// Change of the stiffness per mm of depth for a slope parameter of 1, share of the stiffness at depth 0.
