@@ -380,7 +380,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 12] = [
 /// beyond 650 000.
 const PAD_BOUND: u32 = 250_000;
 /// Most instructions of what frames add to a step.
-const FRAMES_BOUND: u32 = 1600;
+const FRAMES_BOUND: u32 = 1530;
 /// Most bytes of code and literals of a step, and of stack below it.
 const CODE_BOUND: u64 = 3600;
 const STACK_BOUND: u64 = 256;

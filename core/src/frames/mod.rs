@@ -226,7 +226,15 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         response.status = response.status.with(status);
         if touches && self.lower > R::of(0.0) {
             response.status = response.status.with(Status::BEGAN_INSIDE);
-            self.raise(finger.depth_max_mm(), &motion, &response);
+            if response.regime == Regime::Slip {
+                let ([along, across], [x, y]) = (response.tangential_friction_n, motion.slide_increment_mm);
+                self.raise(
+                    finger.depth_max_mm(),
+                    along * x + across * y,
+                    response.normal_force_n,
+                    response.stick_ratio,
+                );
+            }
         }
         if touches && face.radius().is_some_and(|radius| depth > radius) {
             response.status = response.status.with(Status::DEPTH_ABOVE_RANGE);
@@ -336,18 +344,18 @@ impl<S: Clone, R: Elementary> FrameContact<S, R> {
         depth - self.lower
     }
 
-    /// Raises the surface under a finger that slips, by the next step. What this stores in the finger is a small part of what slip
-    /// dissipates, so that the contact takes no less than the motion brings.
+    /// Raises the surface under a finger that slips, from the next step on. The energy that this stores is a tenth of what slip dissipated in
+    /// this step, so that the contact yields none.
+    ///
+    /// * `work`: work of friction in this step, mJ
+    /// * `normal`: normal force, N
     #[cold]
     #[inline(never)]
-    fn raise<T: Scalar>(&mut self, depth_max: T, motion: &Motion<T>, response: &Response<T>) {
-        let slips = response.regime == Regime::Slip && !(response.stick_ratio > T::of(0.0));
-        if !(slips && response.normal_force_n > T::of(0.0) && self.lower <= R::near(depth_max)) {
-            return;
+    fn raise<T: Scalar>(&mut self, depth_max: T, work: T, normal: T, stick_ratio: T) {
+        if normal > T::of(0.0) && !(stick_ratio > T::of(0.0)) && self.lower <= R::near(depth_max) {
+            let rise = R::near(T::of(RAISES) * work / normal);
+            self.lower = (self.lower - rise.not_negative()).not_negative();
         }
-        let ([along, across], [x, y]) = (response.tangential_friction_n, motion.slide_increment_mm);
-        let rise = R::near(T::of(RAISES) * (along * x + across * y) / response.normal_force_n);
-        self.lower = (self.lower - rise.not_negative()).not_negative();
     }
 }
 
@@ -403,6 +411,8 @@ fn is_beyond<T: Elementary, R: Elementary>(face: &Face<R>, stand: &Stand<R>, res
 }
 
 /// Force and moment on the finger in its frame, and on the body in its own.
+// Out of line it costs nine instructions more.
+#[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "what a step has found, spelled out")]
 fn wrenches<S, F: Finger<S>, R: Elementary>(
     finger: &F,
