@@ -523,7 +523,9 @@ impl Gathered {
 }
 
 impl Load {
-    /// Filters a reading; a `fresh` one of the friction starts anew.
+    /// Takes a reading into the filters.
+    ///
+    /// * `fresh`: whether the contact begins; the rates are then zero
     fn follow(&mut self, reading: [f32; 3], dt_s: f32, fresh: bool) {
         let (quick, slow) = (dt_s / (SMOOTH_S + dt_s), dt_s / (RATE_S + dt_s));
         let filters = self.now.iter_mut().zip(&mut self.slow).zip(&mut self.per_s);

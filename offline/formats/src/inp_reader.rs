@@ -9,16 +9,18 @@
 //! Sets of an instance have two names: `instance.set`, and `set` alone for those of all instances unless the assembly has
 //! a set of that name. All elements of an instance are a set named as it, and those of a part one named as that.
 
+mod card;
 mod element_type;
 mod scope;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Vector3;
 
 use super::Error;
 use crate::raw_mesh::{RawElement, RawKind, RawMesh, RawTie};
+use card::{Card, Place, cells, real, whole};
 use element_type::{ElementType, element_type};
 use scope::{Faces, Members, Placement, Scope, Terms};
 
@@ -32,8 +34,6 @@ const REFUSED: [&str; 9] = ["NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "SYSTEM
 const WITH_INPUT: [&str; 6] = ["NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION"];
 /// Keywords that only open or close a block.
 const BRACKETS: [&str; 2] = ["ASSEMBLY", "END ASSEMBLY"];
-/// The highest number of a node or an element, so that sums of numbers are numbers.
-const MOST_LABEL: u64 = 1_000_000_000_000_000;
 /// Files that include each other deeper than this include themselves.
 const MOST_INCLUDES: usize = 8;
 
@@ -45,25 +45,6 @@ pub fn read(path: &Path) -> Result<RawMesh, Error> {
     let mut reader = Reader::default();
     reader.file(path, 0)?;
     reader.finish()
-}
-
-/// Position in the file.
-#[derive(Clone, Debug, Default)]
-struct Place {
-    path: PathBuf,
-    line: usize,
-}
-
-impl Place {
-    fn fail(&self, field: &str, value: impl Into<String>, problem: impl Into<String>) -> Error {
-        Error::Field {
-            path: self.path.clone(),
-            line: self.line,
-            field: field.into(),
-            value: value.into(),
-            problem: problem.into(),
-        }
-    }
 }
 
 /// The block that is being read, beside the model itself.
@@ -96,60 +77,6 @@ struct Reader {
     bare: [BTreeMap<String, Vec<String>>; 3],
     /// Elements of whole instances and of all instances of a part.
     wholes: BTreeMap<String, Vec<u64>>,
-}
-
-/// A keyword with its parameters, and its data lines joined.
-struct Card {
-    keyword: String,
-    parameters: BTreeMap<String, String>,
-    place: Place,
-}
-
-impl Card {
-    fn parse(text: &str, place: Place) -> Self {
-        let mut parts = text.trim_start_matches('*').split(',').map(str::trim);
-        let keyword = parts.next().unwrap_or("").to_uppercase();
-        let pair = |part: &str| {
-            let (key, value) = part.split_once('=').unwrap_or((part, ""));
-            (key.trim().to_uppercase(), value.trim().trim_matches('"').to_owned())
-        };
-        Self { keyword, parameters: parts.filter(|p| !p.is_empty()).map(pair).collect(), place }
-    }
-
-    fn get(&self, key: &str) -> Option<&str> {
-        self.parameters.get(key).map(String::as_str)
-    }
-
-    fn need(&self, key: &str) -> Result<&str, Error> {
-        let found = self.get(key).filter(|v| !v.is_empty());
-        found.ok_or_else(|| self.place.fail(&format!("*{}", self.keyword), key, "is missing"))
-    }
-
-    /// A file that the card names, beside its own.
-    fn beside(&self, name: &str) -> PathBuf {
-        self.place.path.parent().unwrap_or(Path::new("")).join(name)
-    }
-
-    /// Data lines in the file that `INPUT=` names.
-    fn data_of_input(&self) -> Result<Vec<(String, Place)>, Error> {
-        let path = self.beside(self.need("INPUT")?);
-        let bytes = std::fs::read(&path).map_err(|source| Error::File { path: path.clone(), source })?;
-        let text = String::from_utf8_lossy(&bytes);
-        let mut data = Vec::new();
-        for (index, line) in text.strip_prefix('\u{feff}').unwrap_or(&text).lines().enumerate() {
-            let place = Place { path: path.clone(), line: index + 1 };
-            let line = line.trim();
-            if line.is_empty() || line.starts_with("**") {
-                continue;
-            }
-            if line.starts_with('*') {
-                let problem = "is a keyword in a file of data lines: read such a file with *INCLUDE";
-                return Err(place.fail(&format!("*{}", self.keyword), line, problem));
-            }
-            data.push((line.to_owned(), place));
-        }
-        Ok(data)
-    }
 }
 
 impl Reader {
@@ -676,22 +603,6 @@ fn resolve(sets: &BTreeMap<String, Members>) -> Result<BTreeMap<String, Vec<u64>
         all.insert(name.clone(), numbers);
     }
     Ok(all)
-}
-
-fn cells(line: &str) -> Vec<String> {
-    line.split(',').map(|c| c.trim().replace('"', "")).collect()
-}
-
-fn whole(cells: &[String], at: usize, keyword: &str, place: &Place) -> Result<u64, Error> {
-    let cell = cells.get(at).map_or("", String::as_str);
-    let number = cell.parse::<u64>().ok().filter(|n| (1..=MOST_LABEL).contains(n));
-    number.ok_or_else(|| place.fail(keyword, cell, format!("is not a number from 1 (column {})", at + 1)))
-}
-
-fn real(cells: &[String], at: usize, keyword: &str, place: &Place) -> Result<f64, Error> {
-    let cell = cells.get(at).map_or("", String::as_str);
-    let number = cell.replace(['d', 'D'], "e").parse::<f64>().ok().filter(|v| v.is_finite());
-    number.ok_or_else(|| place.fail(keyword, cell, format!("is not a finite number (column {})", at + 1)))
 }
 
 #[cfg(test)]

@@ -202,7 +202,7 @@ fn size_n(task: &Task<'_>, projection: &Projection<'_>, group: &BasisGroup, scor
     in_contact_n(task, group.channel, &change_n)
 }
 
-/// Squared size below which what is left of a group's columns carries nothing.
+/// Least squared norm of a projected column of the group. A smaller one is numerical noise and is left out.
 fn least_size(group: &BasisGroup) -> f64 {
     0.02 * group.columns.iter().map(|c| dot(c, c)).fold(0.0, f64::max)
 }

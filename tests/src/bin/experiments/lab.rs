@@ -42,7 +42,7 @@ impl Line {
         Self { fitted: true, ..self }
     }
 
-    /// Distance from the band; 0 inside, infinite where there is no number.
+    /// Distance of the result from the band: 0 inside it, infinite if the finite elements have no result.
     pub fn gap(&self) -> f64 {
         if self.found.is_nan() {
             return f64::INFINITY;
