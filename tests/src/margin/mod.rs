@@ -8,12 +8,13 @@ pub mod truth;
 
 use std::path::Path;
 
+use crate::synthetic_truth::Random;
 use fingerpad::Model;
 use fingerpad_reduce::{Kind, Run};
 use fingerpad_report::{Trace, TraceChart};
 
 use score::{Alarm, Errors, LIMITS_N, Lab, MARGINS, announcements, errors, observe, tuned_thresholds};
-use truth::{Chance, Ride, Row, Sensors, Truth, measure};
+use truth::{Ride, Row, Sensors, Truth, measure};
 
 /// The page, from the root of the repository.
 pub const PAGE: &str = "docs/unknown-friction.md";
@@ -174,7 +175,7 @@ pub fn chart(model: &Model<'_>, root: &Path) -> Result<TraceChart, Failure> {
     let run = runs.iter().find(|run| run.name == "straight-05h").ok_or("the run straight-05h is missing")?;
     let sensors = Sensors::of(5.0, 5.0);
     let ride = Ride { speed_mm_s: 5.0, until: (run.rows.len() - 1) as f64, hold_s: 0.0 };
-    let readings = measure(run, ride, &sensors, &mut Chance::new(SEED));
+    let readings = measure(run, ride, &sensors, &mut Random::new(SEED));
     let answers = observe(model, &sensors, &readings);
     let slides = || readings.iter().zip(&answers).filter(|(m, _)| m.way_mm > 0.0).step_by(8);
     let trace = |name: &str, is_dots: bool, points: Vec<[f64; 2]>| Trace { name: name.into(), is_dots, points };

@@ -2,7 +2,8 @@
 //!
 //! Main types: [`Lab`], [`Errors`], [`Announced`]. Uses truth and the core.
 
-use super::truth::{Chance, DT_S, Measured, Ride, SLIPS, Sensors, Truth, measure};
+use super::truth::{DT_S, Measured, Ride, SLIPS, Sensors, Truth, measure};
+use crate::synthetic_truth::Random;
 use fingerpad::Model;
 use fingerpad::margin::{Margin, MarginObserver, Settings};
 
@@ -21,7 +22,7 @@ const STIFFNESS: f64 = 0.15;
 pub struct Lab<'a> {
     model: Model<'a>,
     runs: Vec<Truth>,
-    chance: Chance,
+    random: Random,
     limits_n: [f64; 2],
 }
 
@@ -36,17 +37,17 @@ pub struct Experiment {
 impl<'a> Lab<'a> {
     /// Experiments with a friction in full slip within `limits_n`.
     pub fn new(model: Model<'a>, runs: Vec<Truth>, limits_n: [f64; 2], seed: u64) -> Self {
-        Self { model, runs, chance: Chance::new(seed), limits_n }
+        Self { model, runs, random: Random::new(seed), limits_n }
     }
 
     /// The k-th experiment, to full slip, on a surface of one of [`STRENGTHS`]. The finger is stiffer or softer by some 15 %.
     pub fn experiment(&mut self, k: usize) -> Experiment {
         for tries in 0.. {
             // Not every strength has runs with such a limit.
-            let k = if tries < 20 { k } else { (self.chance.share() * STRENGTHS.len() as f64) as usize };
-            let run = &self.runs[(self.chance.share() * self.runs.len() as f64) as usize % self.runs.len()];
-            let factor = (STIFFNESS * self.chance.normal()).exp().clamp(0.7, 1.4);
-            let speed_mm_s = 2.0 * 5.0f64.powf(self.chance.share());
+            let k = if tries < 20 { k } else { self.random.pick(STRENGTHS.len()) };
+            let run = &self.runs[self.random.pick(self.runs.len())];
+            let factor = (STIFFNESS * self.random.normal()).exp().clamp(0.7, 1.4);
+            let speed_mm_s = 2.0 * 5.0f64.powf(self.random.unit());
             // Finite elements of the strength itself are taken as they are.
             let strength = if run.lambda == 1.0 { STRENGTHS[k % STRENGTHS.len()] } else { 1.0 };
             let run = run.strengthened(&self.model, strength).stiffened(&self.model, factor);
@@ -62,12 +63,12 @@ impl<'a> Lab<'a> {
 
     /// What the sensors measure in an experiment.
     pub fn readings(&mut self, experiment: &Experiment, sensors: &Sensors) -> Vec<Measured> {
-        measure(&experiment.run, experiment.ride, sensors, &mut self.chance)
+        measure(&experiment.run, experiment.ride, sensors, &mut self.random)
     }
 
     /// A random share, uniform in 0 to 1.
     pub fn share(&mut self) -> f64 {
-        self.chance.share()
+        self.random.unit()
     }
 }
 

@@ -5,6 +5,8 @@
 use fingerpad::margin::Reading;
 use fingerpad::{Drive, Model, Normal, State, Tangential};
 
+use crate::synthetic_truth::Random;
+
 /// A row of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Row {
@@ -173,29 +175,6 @@ pub const SLIPS: f64 = 5e-3;
 /// Way of the test motion, mm.
 const TEST_MM: f64 = 0.2;
 
-/// A generator of random numbers (xorshift), the same in every run.
-#[derive(Clone, Debug)]
-pub struct Chance(u64);
-
-impl Chance {
-    /// The generator of a seed.
-    pub fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
-    }
-    /// Uniform in 0 to 1.
-    pub fn share(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-    /// Normal, of variance 1.
-    pub fn normal(&mut self) -> f64 {
-        let (u, v) = (self.share().max(1e-300), self.share());
-        (-2.0 * u.ln()).sqrt() * (core::f64::consts::TAU * v).cos()
-    }
-}
-
 /// Errors of the sensors.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensors {
@@ -253,9 +232,9 @@ pub struct Ride {
 pub const DT_S: f64 = 1e-3;
 
 /// The readings of a ride.
-pub fn measure(run: &Truth, ride: Ride, sensors: &Sensors, chance: &mut Chance) -> Vec<Measured> {
-    let tare: [f64; 3] = core::array::from_fn(|_| sensors.tare_n * chance.normal());
-    let drift: [f64; 2] = core::array::from_fn(|_| sensors.drift * chance.normal());
+pub fn measure(run: &Truth, ride: Ride, sensors: &Sensors, random: &mut Random) -> Vec<Measured> {
+    let tare: [f64; 3] = core::array::from_fn(|_| sensors.tare_n * random.normal());
+    let drift: [f64; 2] = core::array::from_fn(|_| sensors.drift * random.normal());
     let mut places = vec![0.0; 50];
     let press = run.pressed as f64;
     places.extend((1..=300).map(|k| press * f64::from(k) / 300.0));
@@ -295,11 +274,11 @@ pub fn measure(run: &Truth, ride: Ride, sensors: &Sensors, chance: &mut Chance) 
                 } else {
                     0.0
                 };
-                played[k] * (1.0 + drift[k]) + sensors.encoder_mm * chance.normal()
+                played[k] * (1.0 + drift[k]) + sensors.encoder_mm * random.normal()
             });
             let from = before.replace(position).unwrap_or(position);
             let [normal, x, y] =
-                core::array::from_fn(|k| (felt[k] + tare[k] + sensors.force_n * chance.normal()) as f32);
+                core::array::from_fn(|k| (felt[k] + tare[k] + sensors.force_n * random.normal()) as f32);
             let (force, slide) = (variance(sensors.force_n), variance(sensors.encoder_mm));
             let reading = Reading {
                 normal_force_n: normal,
