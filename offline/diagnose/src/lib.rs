@@ -69,3 +69,11 @@ pub use verdict::regions::{BINS, CHANNELS, COLUMNS};
 pub use verdict::stability::stability;
 pub use verdict::survey::{Survey, SurveyError, survey};
 pub use verdict::traces::ForceTrace;
+
+/// A file of its own for a test, whose name ends as given; it goes with the value.
+#[cfg(test)]
+fn test_file(suffix: &str, bytes: &[u8]) -> tempfile::TempPath {
+    let file = tempfile::Builder::new().suffix(suffix).tempfile().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    file.into_temp_path()
+}

@@ -362,6 +362,7 @@ fn read_error(path: &Path, compressed: bool, line: usize, source: std::io::Error
 mod tests {
     use super::*;
     use crate::data::trace_csv::{self, Trace};
+    use crate::test_file;
 
     const MAP: &str = "t=Time,x=Fx,y=Fy,normal=Fz";
 
@@ -374,18 +375,15 @@ mod tests {
         "Time,Fx,Fy,Fz,Tz\n".to_owned() + &(0..40).map(row).collect::<String>()
     }
 
-    fn read(name: &str, bytes: &[u8], map: &str) -> Result<Trace, String> {
-        let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
-        std::fs::write(&path, bytes).unwrap();
-        let read = trace_csv::read(&path, &ColumnMap::parse(Some(map), None).unwrap());
-        std::fs::remove_file(&path).unwrap();
-        read.map_err(|error| error.to_string())
+    fn read(bytes: &[u8], map: &str) -> Result<Trace, String> {
+        trace_csv::read(&test_file(".csv", bytes), &ColumnMap::parse(Some(map), None).unwrap())
+            .map_err(|error| error.to_string())
     }
 
     #[test]
     fn lines_above_the_header_encodings_and_empty_columns_are_read_with_a_note() {
         let plain = plain();
-        let wanted = read("plain", plain.as_bytes(), MAP).unwrap();
+        let wanted = read(plain.as_bytes(), MAP).unwrap();
         assert_eq!((wanted.rows.len(), wanted.notes.len()), (40, 0));
         let german = plain.replace(',', ";").replace('.', ",");
         let tabs = plain.replace(',', "\t");
@@ -417,7 +415,7 @@ mod tests {
             ("utf16le", utf16(&tabs, u16::to_le_bytes), MAP, vec!["little-endian", "tab"]),
             ("utf16be", utf16(&format!("x\n{plain}"), u16::to_be_bytes), MAP, vec!["big-endian", "line 2: the header"]),
         ] {
-            let found = read(name, &bytes, map).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let found = read(&bytes, map).unwrap_or_else(|error| panic!("{name}: {error}"));
             assert_eq!(found.rows, wanted.rows, "{name}");
             assert_eq!(found.notes.len(), notes.len(), "{name}: {:?}", found.notes);
             assert!(
@@ -431,7 +429,7 @@ mod tests {
     #[test]
     fn lines_are_counted_from_the_first_one_of_the_file() {
         let refused = |name: &str, text: String, map: &str, words: &[&str]| {
-            let message = read(name, text.as_bytes(), map).unwrap_err();
+            let message = read(text.as_bytes(), map).unwrap_err();
             assert!(words.iter().all(|word| message.contains(word)), "{name}: {message}");
         };
         let plain = plain();

@@ -90,6 +90,7 @@ mod tests {
     use crate::data::column_map::ColumnMap;
     use crate::data::runs_csv;
     use crate::laws::LawsFile;
+    use crate::test_file;
 
     const LAWS: &str = "[[column]]\nname = \"voltage_v\"\nunit = \"V\"\nrange = [0, 200]\n\n\
         [[column]]\nname = \"voltage_rate\"\nunit = \"V/s\"\nrange = [-500, 500]\nrate_of = \"voltage_v\"\n\n\
@@ -98,7 +99,7 @@ mod tests {
         parameter = [{ name = \"gain\", unit = \"\", range = [0, 1], typical = 0.1 }]\n";
 
     /// 60 rows of 0.1 s, the plate turns back at 3.03 s; the voltage is `volts(t)`.
-    fn read(name: &str, volts: impl Fn(f64) -> f64) -> Result<RunSet, String> {
+    fn read(volts: impl Fn(f64) -> f64) -> Result<RunSet, String> {
         let laws = LawsFile::parse("mine.toml".as_ref(), LAWS).unwrap();
         let mut text =
             "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,voltage_v\n".to_owned();
@@ -106,17 +107,13 @@ mod tests {
             let t = 0.1 * f64::from(i);
             text += &format!("a,{t},{},{},0,0.5,0.2,0,{}\n", t.min(1.0), t.min(6.06 - t), volts(t));
         }
-        let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
-        std::fs::write(&path, text).unwrap();
         let map = ColumnMap::parse_with(laws.columns, None, None, "").unwrap();
-        let set = runs_csv::read_mapped(&path, &map, &mut |_| true).map_err(|e| e.to_string());
-        std::fs::remove_file(&path).unwrap();
-        set
+        runs_csv::read_mapped(&test_file(".csv", text.as_bytes()), &map, &mut |_| true).map_err(|e| e.to_string())
     }
 
     #[test]
     fn rates_and_delays_are_those_of_the_source() {
-        let set = read("derived", |t| 100.0 + 50.0 * t.sin()).unwrap();
+        let set = read(|t| 100.0 + 50.0 * t.sin()).unwrap();
         assert_eq!(set.recorded.iter().filter(|c| matches!(c, crate::laws::Column::Own { .. })).count(), 3);
         let rows = &set.runs[0].rows;
         // One row more than the file has: the turn.
@@ -131,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_computed_value_beyond_its_range_is_refused_with_run_time_and_value() {
-        let message = read("beyond", |t| if t > 2.0 { 200.0 } else { 0.0 }).unwrap_err();
+        let message = read(|t| if t > 2.0 { 200.0 } else { 0.0 }).unwrap_err();
         for word in ["run `a`", "t_s 2", "`voltage_rate`", "-500 to 500 V/s"] {
             assert!(message.contains(word), "{message}");
         }
@@ -140,7 +137,7 @@ mod tests {
     #[test]
     fn runs_without_the_source_are_refused_by_the_computed_column() {
         let laws = LawsFile::parse("mine.toml".as_ref(), LAWS).unwrap();
-        let mut set = read("bare", |_| 100.0).unwrap();
+        let mut set = read(|_| 100.0).unwrap();
         set.recorded.clear();
         let message = crate::data::own_columns::require(&set, &laws).unwrap_err().to_string();
         assert!(message.contains("`late_v` is missing") && message.contains("what it is computed from"), "{message}");

@@ -89,6 +89,7 @@ mod tests {
     use super::*;
     use crate::data::column_map::ColumnMap;
     use crate::data::runs_csv;
+    use crate::test_file;
 
     fn laws() -> LawsFile {
         let text = "[[column]]\nname = \"voltage_v\"\nunit = \"V\"\nrange = [0, 200]\nreference = 5\n\n[[law]]\nname = \"mine\"\n\
@@ -98,20 +99,16 @@ mod tests {
     }
 
     /// A run of two rows whose own column is called `U` and holds these cells.
-    fn read(file: &str, cells: [&str; 2]) -> Result<RunSet, String> {
-        let path = std::env::temp_dir().join(format!("{file}-{}.csv", std::process::id()));
+    fn read(cells: [&str; 2]) -> Result<RunSet, String> {
         let head = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n,U";
-        std::fs::write(&path, format!("{head}\na,0,0.1,0,0,0,0,0,{}\na,1,0.2,0,0,0,0,0,{}\n", cells[0], cells[1]))
-            .unwrap();
+        let text = format!("{head}\na,0,0.1,0,0,0,0,0,{}\na,1,0.2,0,0,0,0,0,{}\n", cells[0], cells[1]);
         let map = ColumnMap::parse_with(laws().columns, Some("voltage_v=U"), None, "").unwrap();
-        let set = runs_csv::read_mapped(&path, &map, &mut |_| true).map_err(|e| e.to_string());
-        std::fs::remove_file(&path).unwrap();
-        set
+        runs_csv::read_mapped(&test_file(".csv", text.as_bytes()), &map, &mut |_| true).map_err(|e| e.to_string())
     }
 
     #[test]
     fn own_columns_are_read_under_their_name_and_refused_with_line_and_value() {
-        let set = read("good", ["10", "120.5"]).unwrap();
+        let set = read(["10", "120.5"]).unwrap();
         assert_eq!(set.runs[0].rows.iter().map(|r| r.own[0]).collect::<Vec<_>>(), [10.0, 120.5]);
         assert!(require(&set, &laws()).is_ok());
         for (cells, words) in [
@@ -120,7 +117,7 @@ mod tests {
             (["12000", "10"], [":2", "12000", "0 to 200 V"]),
             (["nan", "10"], [":2", "nan", "finite"]),
         ] {
-            let message = read("bad", cells).unwrap_err();
+            let message = read(cells).unwrap_err();
             assert!(words.iter().all(|word| message.contains(word)), "{message}");
         }
         assert!(
@@ -130,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_set_without_the_column_is_refused_but_for_the_calibration() {
-        let mut set = read("calibration", ["10", "20"]).unwrap();
+        let mut set = read(["10", "20"]).unwrap();
         set.recorded.clear();
         set.runs[0].rows.iter_mut().for_each(|row| row.own[0] = f64::NAN);
         let message = require(&set, &laws()).unwrap_err().to_string();

@@ -196,14 +196,12 @@ mod tests {
     use super::*;
     use crate::data::run_assembler::FILE_ROWS;
     use crate::laws::run_columns::{OPTIONAL, REQUIRED, template};
+    use crate::test_file;
 
     #[test]
     fn the_template_has_every_column_and_can_be_read() {
-        let path = std::env::temp_dir().join(format!("template-{}.csv", std::process::id()));
         let template = template();
-        std::fs::write(&path, &template).unwrap();
-        let set = read(&path, &mut |_| true).unwrap();
-        std::fs::remove_file(&path).unwrap();
+        let set = read_as_file(&template);
         assert_eq!((set.rows_read, set.runs_read, set.notes.len(), set.recorded.len()), (2, 1, 0, 5));
         for column in REQUIRED.iter().chain(&OPTIONAL) {
             assert!(template.lines().next().unwrap().split(',').any(|c| c == *column), "{column}");
@@ -212,12 +210,8 @@ mod tests {
 
     const HEADER: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force_n,friction_x_n,friction_y_n\n";
 
-    fn read_as_file(name: &str, text: &str) -> RunSet {
-        let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
-        std::fs::write(&path, text).unwrap();
-        let set = read(&path, &mut |_| true);
-        std::fs::remove_file(&path).unwrap();
-        set.unwrap()
+    fn read_as_file(text: &str) -> RunSet {
+        read(&test_file(".csv", text.as_bytes()), &mut |_| true).unwrap()
     }
 
     /// 6400 runs of 20 rows, four times what is held, of a protocol that repeats 16 depths: a stride of 4 would use four.
@@ -231,7 +225,7 @@ mod tests {
                 text += &format!("r{run},{row},{depth},{},0,{force},0.1,0\n", 0.1 * f64::from(row));
             }
         }
-        let set = read_as_file("periodic", &text);
+        let set = read_as_file(&text);
         assert!(set.rows() <= FILE_ROWS && set.runs_read == 6_400 && set.contents().count() == 6_400);
         let mut kept = [0; 16];
         set.runs.iter().for_each(|run| kept[((run.depth_mm() - 0.4) / 0.1).round() as usize] += 1);
@@ -251,7 +245,7 @@ mod tests {
             let slide = 1.0 - (phase.rem_euclid(2.0) - 1.0).abs();
             text += &format!("a,{},{depth},{},0,{},{slide},0\n", 60.0 * share, 3.0 * slide, depth.max(0.0));
         }
-        let set = read_as_file("long", &text);
+        let set = read_as_file(&text);
         let run = &set.runs[0];
         assert!(run.rows.len() <= KEPT_ROWS && run.rows.len() > 150, "{}", run.rows.len());
         let way: f64 = run.slide_mm.windows(2).map(|w| (w[1][0] - w[0][0]).abs()).sum();
@@ -271,17 +265,10 @@ mod tests {
                 text += &format!("r{run},{row},{},0,0,0.{row},0,0\n", 0.2 * f64::from(row));
             }
         }
-        let name = std::process::id();
-        let (plain, packed) = (
-            std::env::temp_dir().join(format!("runs-{name}.csv")),
-            std::env::temp_dir().join(format!("runs-{name}.csv.gz")),
-        );
-        std::fs::write(&plain, &text).unwrap();
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
         encoder.write_all(text.as_bytes()).unwrap();
-        std::fs::write(&packed, encoder.finish().unwrap()).unwrap();
-        let [a, b] = [&plain, &packed].map(|p| read(p, &mut |_| true).unwrap());
-        let [_, _] = [&plain, &packed].map(|p| std::fs::remove_file(p).unwrap());
+        let packed = test_file(".csv.gz", &encoder.finish().unwrap());
+        let (a, b) = (read_as_file(&text), read(&packed, &mut |_| true).unwrap());
         assert_eq!(a.rows_read, 15);
         assert_eq!((a.rows_read, a.runs_read), (b.rows_read, b.runs_read));
         for (a, b) in a.runs.iter().zip(&b.runs) {

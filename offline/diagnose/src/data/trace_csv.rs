@@ -129,6 +129,7 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+    use crate::test_file;
 
     const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/human_texture_exploration/");
 
@@ -151,10 +152,7 @@ mod tests {
         let map = &ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
         encoder.write_all(&std::fs::read(&path).unwrap()).unwrap();
-        let packed = std::env::temp_dir().join(format!("trace-{}.csv.gz", std::process::id()));
-        std::fs::write(&packed, encoder.finish().unwrap()).unwrap();
-        let rows = read(&packed, map).unwrap();
-        std::fs::remove_file(&packed).unwrap();
-        assert_eq!(rows, read(Path::new(&path), map).unwrap());
+        let packed = test_file(".csv.gz", &encoder.finish().unwrap());
+        assert_eq!(read(&packed, map).unwrap(), read(Path::new(&path), map).unwrap());
     }
 }

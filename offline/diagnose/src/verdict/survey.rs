@@ -396,13 +396,10 @@ fn in_ours(column: &str, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_file;
 
-    fn of(name: &str, text: &str, map: Option<&str>) -> Result<Survey, SurveyError> {
-        let path = std::env::temp_dir().join(format!("{name}-{}.csv", std::process::id()));
-        std::fs::write(&path, text).unwrap();
-        let out = survey(&path, map, None);
-        std::fs::remove_file(&path).unwrap();
-        out
+    fn of(text: &str, map: Option<&str>) -> Result<Survey, SurveyError> {
+        survey(&test_file(".csv", text.as_bytes()), map, None)
     }
 
     /// Strokes of 5 mm at 2 mm/s to and fro, with a rest of a second at each end, under 1 N in mN and a friction of 0.4.
@@ -425,7 +422,7 @@ mod tests {
 
     #[test]
     fn a_tribometers_file_is_understood_by_its_names_and_units() {
-        let found = of("tribometer", &tribometer(), None).unwrap();
+        let found = of(&tribometer(), None).unwrap();
         assert_eq!(found.map, "t=Zeit (s),slide_x=pos (mm),normal=Fn [mN],x=Ft [N]");
         assert_eq!(found.unit, "normal=mN");
         assert_eq!((found.rows, found.strokes), (700, 4));
@@ -443,11 +440,11 @@ mod tests {
 
     #[test]
     fn runs_are_counted_and_laws_without_a_column_listed() {
-        let found = of("runs", &crate::laws::run_columns::template(), None).unwrap();
+        let found = of(&crate::laws::run_columns::template(), None).unwrap();
         assert_eq!((found.strokes, found.map.as_str()), (1, ""));
         assert!(found.analyses.iter().all(|a| a.lacks.is_empty()));
         assert!(found.untestable.iter().any(|(law, _)| law == "temperature"), "{:?}", found.untestable);
-        let message = of("bad", "t_s,normal_force_n\n0,1\n0.1,x\n", None).unwrap_err().to_string();
+        let message = of("t_s,normal_force_n\n0,1\n0.1,x\n", None).unwrap_err().to_string();
         assert!(message.contains(":3:") && message.contains("normal_force_n"), "{message}");
     }
 }
