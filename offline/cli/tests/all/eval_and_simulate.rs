@@ -158,6 +158,31 @@ fn each_pitch_gives_forces_of_its_own_and_a_spin_its_moment() {
     assert!(last("spin_moment_n_mm") > 0.1);
 }
 
+/// A ball off the middle of the finger spins about its own apex, in both programs. One that went round the finger would be on the other
+/// side after half a turn, and the centre of pressure with it: by more than 2 mm.
+#[test]
+fn a_ball_spins_about_its_own_apex() {
+    let path = format!("{HEAD},spin_deg\n0,0,0,0,0\n1,0.8,0,0,0\n2,0.8,1.2,0,0\n3,0.8,1.2,0,90\n4,0.8,1.2,0,180\n");
+    let folder = Folder::with(&[("p.csv", &path)]);
+    let body = "--path p.csv --out r.csv --force --body sphere --radius-mm 10";
+    let centres = ["simulate --mesh-preset coarse", "eval"].map(|program| {
+        folder.done(&format!("{program} {body}"));
+        let (time, force, centre) = (
+            folder.column("r.csv", "t_s"),
+            folder.column("r.csv", "normal_force_n"),
+            folder.column("r.csv", "cop_x_mm"),
+        );
+        let [slid, half, turned] = [2.0, 3.0, 4.0].map(|t| time.iter().position(|x| *x == t).unwrap());
+        for row in [half, turned] {
+            assert!((force[row] / force[slid] - 1.0).abs() < 0.05, "{program}: {} N, {} N", force[slid], force[row]);
+            assert!((centre[row] - centre[slid]).abs() < 0.8, "{program}: {} mm, {} mm", centre[slid], centre[row]);
+        }
+        assert!(folder.last("r.csv", "spin_moment_n_mm") > 0.1);
+        centre[turned]
+    });
+    assert!((centres[0] - centres[1]).abs() < 0.8, "{centres:?}");
+}
+
 #[test]
 fn the_columns_are_those_of_simulate_and_four_more() {
     let folder = Folder::with(&[("c.toml", COARSE)]);
