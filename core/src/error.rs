@@ -146,6 +146,10 @@ pub enum Field {
     TableValue,
     /// A value of [`crate::margin::Settings`], by its place there.
     Observer,
+    /// Share of a branch of the tissue, by its number.
+    RelaxationShare,
+    /// Time of a branch, s.
+    RelaxationTime,
 }
 
 impl core::fmt::Display for Error {

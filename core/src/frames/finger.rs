@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math::{Elementary, Scalar};
-use crate::pad::{Body, Pad, PadState, axes};
+use crate::pad::{Body, Memory, Pad, PadState, axes};
 use crate::{Error, ModelOf, Motion, Response, StateOf, step};
 
 /// A pose of the finger as its model follows it.
@@ -75,17 +75,17 @@ impl<T: Elementary> Pad<'_, T> {
     }
 }
 
-impl<const P: usize, T: Elementary> Finger<PadState<P, T>> for Pad<'_, T> {
+impl<const P: usize, T: Elementary, M: Memory<P, T>> Finger<PadState<P, T, M>> for Pad<'_, T> {
     type Scalar = T;
     const TOUCHES_CURVED: bool = true;
 
-    fn fresh(&self) -> Result<PadState<P, T>, Error> {
-        PadState::new(self)
+    fn fresh(&self) -> Result<PadState<P, T, M>, Error> {
+        PadState::fresh(self)
     }
-    fn restart(&self, state: &mut PadState<P, T>) {
+    fn restart(&self, state: &mut PadState<P, T, M>) {
         state.reset(self.patches.len());
     }
-    fn in_contact(&self, state: &PadState<P, T>) -> bool {
+    fn in_contact(&self, state: &PadState<P, T, M>) -> bool {
         state.in_contact()
     }
     fn neutral_deg(&self) -> [T; 2] {
@@ -122,7 +122,13 @@ impl<const P: usize, T: Elementary> Finger<PadState<P, T>> for Pad<'_, T> {
             -by_roll.dot(&held.touch) - moves(held.follows[1], [zero, small]),
         ]
     }
-    fn advance(&self, state: &mut PadState<P, T>, body: &Body<T>, motion: Motion<T>, pose_deg: [T; 2]) -> Response<T> {
+    fn advance(
+        &self,
+        state: &mut PadState<P, T, M>,
+        body: &Body<T>,
+        motion: Motion<T>,
+        pose_deg: [T; 2],
+    ) -> Response<T> {
         self.step(state, body, motion, pose_deg)
     }
 }

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::math::Scalar;
 use crate::tuning::Units;
-use crate::{Error, Tuning};
+use crate::{Error, Relaxation, Tuning};
 
 use super::body::{LeastRadii, Surface};
 use super::vector::{Bulk, Packed, along};
@@ -205,18 +205,31 @@ pub struct Pad<'a, T = f32> {
     /// Units of the finger over those of the numbers; see [`Pad::tuned`].
     pub(crate) units: Units<T>,
     pub(crate) effort: Effort,
+    pub(crate) relaxation: Relaxation<T>,
 }
 
 impl<'a, T: Scalar> Pad<'a, T> {
     /// The pad of the fitted finger.
     pub fn new(patches: &'a [Patch<T>], numbers: &'a Numbers<T>) -> Self {
-        Self { patches, numbers, units: Units::fitted(), effort: Effort::default() }
+        Self { patches, numbers, units: Units::fitted(), effort: Effort::default(), relaxation: Relaxation::none() }
     }
 
     /// The same pad with another bound on the time and on the error of a step.
     #[must_use]
     pub fn with_effort(self, effort: Effort) -> Self {
         Self { effort, ..self }
+    }
+
+    /// The same pad with tissue that relaxes. A [`super::PadState`] follows the relaxed tissue, and a [`super::RelaxingPadState`] follows it
+    /// in time.
+    #[must_use]
+    pub fn with_relaxation(self, relaxation: Relaxation<T>) -> Self {
+        Self { relaxation, ..self }
+    }
+
+    /// The branches of the tissue.
+    pub fn relaxation(&self) -> &Relaxation<T> {
+        &self.relaxation
     }
 
     /// The same pad for another finger, relative to the fitted one. A state belongs to one tuning.

@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::math::{Elementary, Scalar};
 
 use super::body::{Surface, mean, point};
+use super::memory::{Memory, Perhaps, Weights};
 use super::patch::Compressed;
 use super::touch::Approach;
 use super::vector::{Bulk, Packed, Rounded, add_diagonal, add_square, along, factor, solve, symmetric, zeros};
@@ -77,6 +78,8 @@ pub(crate) struct PatchContact<T> {
     /// Normal force, N, and its derivative over the overlap, N/mm.
     pub force: T,
     pub slope: T,
+    /// Normal force of the relaxed tissue at this overlap, N.
+    pub relaxed: T,
     /// Strength, N.
     pub strength: T,
     /// See [`super::patch::PatchForce::below`].
@@ -102,6 +105,7 @@ impl<T: Scalar> PatchContact<T> {
             inward: Vector3::zeros(),
             force: zero,
             slope: zero,
+            relaxed: zero,
             strength: zero,
             below: zero,
             stretch: Vector3::zeros(),
@@ -114,18 +118,26 @@ impl<T: Scalar> PatchContact<T> {
 }
 
 /// Equations of equilibrium of the bulk at a given pose of the body.
-pub(crate) struct Equations<'a, T, B> {
+pub(crate) struct Equations<'a, const P: usize, T, B, W> {
     pub numbers: &'a Numbers<T>,
     pub body: &'a B,
     pub frame: Frame<T>,
     pub strength_factor: T,
     /// See [`super::Effort::tolerance`].
     pub tolerance: f32,
+    /// The branches of the tissue; none by type where it does not relax.
+    pub weights: W,
 }
 
-impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
+impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Equations<'_, P, T, B, W> {
     fn law(&self) -> &Law<T> {
         &self.numbers.law
+    }
+
+    /// Stiffness over that of the relaxed tissue.
+    #[inline(always)]
+    pub fn stiff(&self) -> Option<T> {
+        self.weights.get().map(|weights| weights.stiff)
     }
 
     /// Residual of equilibrium: the gradient of the energy over the bulk, sqrt(mJ). Also updates the contact of each patch.
@@ -140,7 +152,7 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         // Total force on the skin, finger's axes, and the sum over the patches of the outer products of arm and force.
         let mut total = Vector3::zeros();
         let mut products = Matrix3::zeros();
-        for ActivePatch { patch, placed, contact, .. } in active.iter_mut() {
+        for ActivePatch { index, patch, placed, contact } in active.iter_mut() {
             let linear = Vector3::from(patch.modes.each_ref().map(|row| along(row, bulk)));
             let arm = Vector3::from(patch.middle_mm) - Vector3::from(numbers.middle_mm);
             let second = lift + double_cross * arm;
@@ -152,10 +164,30 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             };
             contact.overlap = overlap;
             contact.touches = placed.compressed.touches(overlap);
+            if let Some(weights) = self.weights.get() {
+                // Without contact the skin comes back as its branches let go.
+                contact.relaxed = weights.of_patch(*index).0 / weights.stiff;
+            }
             if !contact.touches {
                 continue;
             }
-            let load = placed.compressed.press(overlap, law);
+            let mut load = placed.compressed.press(overlap, law);
+            if let Some(weights) = self.weights.get() {
+                let force = weights.stiff * load.force - weights.of_patch(*index).0;
+                contact.touches = force > T::of(0.0);
+                if !contact.touches {
+                    // The skin lags behind the body.
+                    continue;
+                }
+                contact.relaxed = load.force;
+                load.slope *= weights.stiff;
+                // The area follows the overlap, and the pressure the force.
+                if force != load.force {
+                    let over = force / (load.force + T::of(f32::MIN_POSITIVE));
+                    load.strength *= (law.friction[1] * over.ln()).exp();
+                    load.force = force;
+                }
+            }
             contact.inward = inward;
             contact.force = load.force;
             contact.slope = load.slope;
@@ -167,6 +199,9 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             } else {
                 across - placed.inward * across.dot(&placed.inward)
             };
+            if let Some(stiff) = self.stiff() {
+                contact.stretch *= stiff;
+            }
             contact.length = (contact.stretch.dot(&contact.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];
             contact.bound = contact.strength * compliance;
@@ -181,7 +216,10 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             total += force;
             products += arm * force.transpose();
         }
-        let mut gradient = *bulk;
+        let mut gradient = match self.weights.get() {
+            None => *bulk,
+            Some(weights) => core::array::from_fn(|k| weights.stiff * bulk[k] - weights.bulk[k]),
+        };
         for ActivePatch { patch, contact, .. } in active.iter().filter(|patch| patch.contact.touches) {
             for k in 0..MODES {
                 for (modes, force) in patch.modes.iter().zip(&contact.pull) {
@@ -209,8 +247,9 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             }
         }
         let stiffening = Stiffening::at(&numbers.squash, bulk, law);
+        let first = self.stiff().map_or(stiffening.first, |stiff| stiff * stiffening.first);
         for (gradient, share) in gradient.iter_mut().zip(&stiffening.direction) {
-            *gradient += *share * stiffening.first;
+            *gradient += *share * first;
         }
         gradient
     }
@@ -223,6 +262,9 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
         let mut stiffness = numbers.squash.map(|x| x * stiffening.per_size);
         add_square(&mut stiffness, &stiffening.direction, stiffening.second - stiffening.per_size);
         add_diagonal(&mut stiffness, T::of(1.0));
+        if let Some(stiff) = self.stiff() {
+            stiffness = stiffness.map(|x| x * stiff);
+        }
         let motion: [T; 6] = numbers.rigid.each_ref().map(|row| along(row, bulk));
         let slopes = lift_slopes(self.law(), &motion);
         let mut lifts: [Bulk<T>; 2] = [zeros(); 2];
@@ -259,10 +301,11 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
             } else {
                 tangents(&placed.inward)
             };
+            let grip = self.stiff().map_or(contact.grip, |stiff| stiff * contact.grip);
             if contact.length <= contact.bound {
-                add_square(&mut stiffness, &in_direction(&first), contact.grip);
+                add_square(&mut stiffness, &in_direction(&first), grip);
             }
-            add_square(&mut stiffness, &in_direction(&second), contact.grip);
+            add_square(&mut stiffness, &in_direction(&second), grip);
         }
         factor(&mut stiffness);
         stiffness
@@ -274,9 +317,9 @@ impl<T: Elementary, B: Surface<T>> Equations<'_, T, B> {
     /// over the last iterations corrects it; in particular the factor leaves out the dependence of strength on pressure.
     ///
     /// Uses up to `evaluations`, but one at least, and counts them down. Returns whether the solution is accepted.
-    pub fn solve<const P: usize>(
+    pub fn solve<M: Memory<P, T>>(
         &self,
-        state: &mut PadState<P, T>,
+        state: &mut PadState<P, T, M>,
         active: &mut [ActivePatch<'_, T>],
         evaluations: &mut u32,
     ) -> bool {
@@ -487,13 +530,13 @@ pub(crate) struct Stiffening<T> {
     /// Energy, mJ.
     pub energy: T,
     /// First derivative of the energy over q.
-    first: T,
+    pub first: T,
     /// First derivative over q, divided by q.
     per_size: T,
     /// Second derivative over q.
     second: T,
     /// Gradient of q over the bulk.
-    direction: Bulk<T>,
+    pub direction: Bulk<T>,
 }
 
 impl<T: Elementary> Stiffening<T> {

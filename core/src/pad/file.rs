@@ -2,18 +2,18 @@
 //!
 //! Main type: [`PadFile`]. Uses data and the envelope of model files.
 
-use crate::Error;
 use crate::build::{MAGIC, VERSION};
 use crate::error::Field;
 use crate::model_file::{Writer, check_envelope, check_start, section, word};
+use crate::{Error, Relaxation};
 
 use super::{MODES, Numbers, Pad, Patch};
 
 const NUMBERS: [u8; 4] = *b"PADN";
 const PATCHES: [u8; 4] = *b"PADP";
 const META: [u8; 4] = *b"META";
-/// Header, and an entry for each of three sections.
-const START: usize = 20 + 3 * 12;
+/// Branches of the tissue; only in files of tissue that relaxes.
+const RELAXATION: [u8; 4] = *b"RELX";
 /// Largest magnitude of a number of a pad; far above those of any finger.
 const LARGEST: f32 = 1e6;
 
@@ -46,7 +46,13 @@ impl<'a> PadFile<'a> {
         let patches: &[Patch] =
             bytemuck::try_cast_slice(section(bytes, PATCHES)?).map_err(|_| Error::Section { id: PATCHES })?;
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
-        let pad = Pad::new(patches, numbers);
+        let relaxation = match section(bytes, RELAXATION) {
+            Err(Error::Section { .. }) => Relaxation::none(),
+            found => bytemuck::try_pod_read_unaligned::<Relaxation>(found?)
+                .map_err(|_| Error::Section { id: RELAXATION })?
+                .check()?,
+        };
+        let pad = Pad::new(patches, numbers).with_relaxation(relaxation);
         pad.check()?;
         Ok(Self { pad, meta })
     }
@@ -55,7 +61,8 @@ impl<'a> PadFile<'a> {
 impl Pad<'_> {
     /// Length of the file that [`Pad::write_file`] writes, bytes.
     pub fn file_length(&self, meta: &str) -> usize {
-        START + 4 + size_of::<Numbers>() + size_of_val(self.patches) + meta.len()
+        let relaxation = if self.relaxation.is_some() { 12 + size_of::<Relaxation>() } else { 0 };
+        20 + 3 * 12 + relaxation + 4 + size_of::<Numbers>() + size_of_val(self.patches) + meta.len()
     }
 
     /// Writes a model file into `out` and returns its length.
@@ -69,23 +76,27 @@ impl Pad<'_> {
         }
         let numbers = 4 + size_of::<Numbers>();
         let patches = size_of_val(self.patches);
+        let relaxation = if self.relaxation.is_some() { size_of::<Relaxation>() } else { 0 };
+        let count = 3 + usize::from(relaxation > 0);
         let mut w = Writer::new(out);
         w.put(&MAGIC);
-        for value in [VERSION, needed as u32, 0, 3] {
+        for value in [VERSION, needed as u32, 0, count as u32] {
             w.word(value);
         }
-        for (id, at, length) in [
-            (NUMBERS, START, numbers),
-            (PATCHES, START + numbers, patches),
-            (META, START + numbers + patches, meta.len()),
-        ] {
+        let sections = [(NUMBERS, numbers), (PATCHES, patches), (RELAXATION, relaxation), (META, meta.len())];
+        let mut at = 20 + count * 12;
+        for (id, length) in sections.into_iter().filter(|(id, length)| *id != RELAXATION || *length > 0) {
             w.put(&id);
             w.word(at as u32);
             w.word(length as u32);
+            at += length;
         }
         w.word(MODES as u32);
         w.put(bytemuck::bytes_of(self.numbers));
         w.put(bytemuck::cast_slice(self.patches));
+        if relaxation > 0 {
+            w.put(bytemuck::bytes_of(&self.relaxation));
+        }
         w.put(meta.as_bytes());
         Ok(w.seal(needed))
     }

@@ -2,11 +2,14 @@
 //!
 //! Main type: [`PadOn`]. Uses step and drive.
 
+use bytemuck::Pod;
+
 use crate::drive::driven;
 use crate::math::{Elementary, Scalar, sqrt};
 use crate::model::{Drivable, FingerModel};
 use crate::{Drive, Driven, Error, Gradient, Grip, Motion, Normal, Response, Status, Tangential, Tuning};
 
+use super::memory::Memory;
 use super::{Effort, Pad, PadState, Surface};
 
 /// A pad on a body in a pose, driven by depth, slide and spin alone.
@@ -56,12 +59,16 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
     }
 
     /// A finger without contact. On a curved body it turns about the point above the apex.
-    fn in_the_air<const P: usize>(&self) -> Result<PadState<P>, Error> {
-        if self.body.is_plane() { PadState::new(&self.pad) } else { PadState::over(&self.pad, self.pose_deg) }
+    fn in_the_air<const P: usize, M: Memory<P, f32>>(&self) -> Result<PadState<P, f32, M>, Error> {
+        if self.body.is_plane() { PadState::fresh(&self.pad) } else { PadState::fresh_over(&self.pad, self.pose_deg) }
     }
 
     /// Forces after a motion from a state: normal force, friction x and y, N.
-    fn forces<const P: usize>(&self, state: &PadState<P>, [deeper, x, y]: [f32; 3]) -> [f32; 3] {
+    fn forces<const P: usize, M: Memory<P, f32> + Pod>(
+        &self,
+        state: &PadState<P, f32, M>,
+        [deeper, x, y]: [f32; 3],
+    ) -> [f32; 3] {
         let mut moved = *state;
         let depth_mm = self.pad.depth_mm(state) + deeper;
         let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad: 0.0, dt_s: DT_S };
@@ -82,7 +89,7 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
         let deepest = self.pad.depth_max_mm();
         let [x, y] = load_n;
         let size = sqrt(x * x + y * y);
-        let fresh = self.in_the_air::<P>();
+        let fresh = self.in_the_air::<P, ()>();
         let (true, Ok(fresh)) = (size <= f32::MAX && margin.is_finite() && strength_factor.is_finite(), fresh) else {
             return Grip { status: Status::BAD_INPUT, depth_mm: deepest, ..Grip::default() };
         };
@@ -131,44 +138,44 @@ impl<'a, B: Surface<f32>> PadOn<'a, B> {
     }
 }
 
-impl<B: Surface<f32>, const P: usize> FingerModel<PadState<P>> for PadOn<'_, B> {
-    fn fresh(&self) -> Result<PadState<P>, Error> {
+impl<B: Surface<f32>, const P: usize, M: Memory<P, f32> + Pod> FingerModel<PadState<P, f32, M>> for PadOn<'_, B> {
+    fn fresh(&self) -> Result<PadState<P, f32, M>, Error> {
         self.in_the_air()
     }
-    fn step(&self, state: &mut PadState<P>, motion: Motion) -> Response {
+    fn step(&self, state: &mut PadState<P, f32, M>, motion: Motion) -> Response {
         self.pad.step(state, self.body, motion, self.pose_deg)
     }
-    fn in_contact(&self, state: &PadState<P>) -> bool {
+    fn in_contact(&self, state: &PadState<P, f32, M>) -> bool {
         state.in_contact()
     }
-    fn depth_mm(&self, state: &PadState<P>) -> f32 {
+    fn depth_mm(&self, state: &PadState<P, f32, M>) -> f32 {
         self.pad.depth_mm(state)
     }
     fn depth_max_mm(&self) -> f32 {
         self.pad.depth_max_mm()
     }
-    fn set_strength_factor(&self, state: &mut PadState<P>, factor: f32) -> f32 {
+    fn set_strength_factor(&self, state: &mut PadState<P, f32, M>, factor: f32) -> f32 {
         state.set_strength_factor(factor)
     }
     fn tuned(&self, tuning: Tuning) -> Result<Self, Error> {
         Ok(Self { pad: self.pad.tuned(tuning)?, ..*self })
     }
-    fn save(&self, state: &PadState<P>, model: u32, out: &mut [u8]) -> Result<usize, Error> {
+    fn save(&self, state: &PadState<P, f32, M>, model: u32, out: &mut [u8]) -> Result<usize, Error> {
         state.write_bytes(model, out)
     }
-    fn restore(&self, model: u32, bytes: &[u8]) -> Result<PadState<P>, Error> {
+    fn restore(&self, model: u32, bytes: &[u8]) -> Result<PadState<P, f32, M>, Error> {
         PadState::read_bytes(model, bytes)
     }
 }
 
-impl<B: Surface<f32>, const P: usize> Drivable<PadState<P>> for PadOn<'_, B> {
+impl<B: Surface<f32>, const P: usize, M: Memory<P, f32> + Pod> Drivable<PadState<P, f32, M>> for PadOn<'_, B> {
     const CONTENT: f32 = 1e-4;
     type Scale = Scale;
 
     fn together(error: f32, _: bool) -> bool {
         error < 1.0
     }
-    fn scale(&self, state: &PadState<P>) -> Scale {
+    fn scale(&self, state: &PadState<P, f32, M>) -> Scale {
         let mut pressed = *state;
         if !state.in_contact() {
             let depth_mm = SCALE_DEPTH * self.pad.depth_max_mm();
@@ -196,7 +203,7 @@ impl<B: Surface<f32>, const P: usize> Drivable<PadState<P>> for PadOn<'_, B> {
     }
 
     /// By differences of seven steps.
-    fn gradient(&self, state: &PadState<P>, direction: [f32; 3]) -> Gradient {
+    fn gradient(&self, state: &PadState<P, f32, M>, direction: [f32; 3]) -> Gradient {
         if !state.in_contact() {
             return Gradient::default();
         }
@@ -224,7 +231,7 @@ impl<B: Surface<f32>, const P: usize> Drivable<PadState<P>> for PadOn<'_, B> {
     }
 
     /// A finger in the air is pressed first, and then loaded along the body: the step in which it touches has no friction yet.
-    fn step_driven(&self, state: &mut PadState<P>, drive: Drive) -> Driven {
+    fn step_driven(&self, state: &mut PadState<P, f32, M>, drive: Drive) -> Driven {
         let exact = self.exact();
         if !state.in_contact() && matches!(drive.tangential, Tangential::FrictionN(_)) {
             driven(&exact, state, Drive { tangential: Tangential::SlideIncrementMm([0.0; 2]), ..drive });

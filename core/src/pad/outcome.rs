@@ -9,6 +9,7 @@ use crate::{Regime, Response, Status};
 
 use super::body::{Surface, spread, steepness};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact};
+use super::memory::{Memory, Perhaps};
 use super::patch::{flat_force_rate, spread_along, times_spread};
 use super::state::{APART, PadState};
 use super::step::closest_place;
@@ -36,10 +37,10 @@ const AWAY_RAD: f32 = 0.05;
 impl<T: Elementary> Pad<'_, T> {
     /// Moves the anchors of patches that slip or do not touch, and sums loads and areas over the patches.
     #[inline(always)]
-    pub(super) fn update_anchors_and_sum<const P: usize, B: Surface<T>>(
+    pub(super) fn update_anchors_and_sum<const P: usize, B: Surface<T>, M: Memory<P, T>>(
         &self,
-        state: &mut PadState<P, T>,
-        equations: &Equations<'_, T, B>,
+        state: &mut PadState<P, T, M>,
+        equations: &Equations<'_, P, T, B, M::Weights>,
         active: &[ActivePatch<'_, T>],
     ) -> Sums<T> {
         let law = &self.numbers.law;
@@ -61,23 +62,36 @@ impl<T: Elementary> Pad<'_, T> {
                 continue;
             };
             let before = (*anchor, *reserve);
+            let shifted = |[x, y]: [T; 2]| match equations.weights.get() {
+                None => [x, y],
+                Some(weights) => {
+                    let (_, shift) = weights.of_patch(*index);
+                    [x + shift[0], y + shift[1]]
+                }
+            };
             if !contact.touches {
-                *anchor = closest_place(equations.body, &contact.place);
-                *reserve = T::of(APART) - (contact.overlap + placed.compressed.spread);
+                *anchor = shifted(closest_place(equations.body, &contact.place));
+                let mut overlap = contact.overlap + placed.compressed.spread;
+                if equations.stiff().is_some() {
+                    // Skin that lags behind the body does not touch it.
+                    overlap = overlap.at_most(zero);
+                }
+                *reserve = T::of(APART) - overlap;
                 is_changed |= before != (*anchor, *reserve);
                 continue;
             }
             let reserve_now = (contact.bound - contact.length).not_negative().at_most(T::of(MOST_RESERVE_MM));
             if *reserve >= T::of(APART) {
                 // The patch did not touch at the end of the last step.
-                *anchor = [placed.anchor[0], placed.anchor[1]];
+                *anchor = shifted([placed.anchor[0], placed.anchor[1]]);
                 *reserve = reserve_now;
                 *turn = [zero; 2];
             }
             let slips = contact.length > contact.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
             if slips {
-                let to_anchor = contact.stretch * (contact.bound / contact.length);
-                *anchor = closest_place(equations.body, &(contact.place + to_anchor));
+                let share = contact.bound / contact.length;
+                let to_anchor = contact.stretch * equations.stiff().map_or(share, |stiff| share / stiff);
+                *anchor = shifted(closest_place(equations.body, &(contact.place + to_anchor)));
             }
             // A rise of the reserve, because friction falls or strength rises, is a turn. Then nothing slips until the reserve falls.
             let (extreme, fell) = (reserve.magnitude(), *reserve >= zero);
@@ -118,8 +132,12 @@ impl<T: Elementary> Pad<'_, T> {
             reach += contact.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
             // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
             // overlap adds a moment about the middle.
-            let energy = placed.compressed.energy(contact.overlap, contact.force, flat_force_rate(patch, law));
-            let pull = energy.1 / placed.compressed.spread;
+            let relaxed = equations.stiff().map_or(contact.force, |_| contact.relaxed);
+            let energy = placed.compressed.energy(contact.overlap, relaxed, flat_force_rate(patch, law));
+            let mut pull = energy.1 / placed.compressed.spread;
+            if equations.stiff().is_some() && contact.force != relaxed {
+                pull *= contact.force / (relaxed + T::of(f32::MIN_POSITIVE));
+            }
             if equations.body.is_plane() {
                 // The second moment times the normal.
                 let (along, _) = spread_along(patch, &equations.frame.axes.row(2).transpose());
@@ -139,10 +157,10 @@ impl<T: Elementary> Pad<'_, T> {
 
     /// The response of a contact with these sums over its patches.
     #[inline(always)]
-    pub(super) fn response<const P: usize, B: Surface<T>>(
+    pub(super) fn response<const P: usize, B: Surface<T>, M: Memory<P, T>>(
         &self,
-        state: &PadState<P, T>,
-        equations: &Equations<'_, T, B>,
+        state: &PadState<P, T, M>,
+        equations: &Equations<'_, P, T, B, M::Weights>,
         sums: &Sums<T>,
     ) -> Response<T> {
         let Sums { friction_spin, area, stuck_area, strength, reach, .. } = *sums;

@@ -6,38 +6,51 @@ use heapless::Vec;
 
 use nalgebra::Vector3;
 
+use crate::Response;
 use crate::math::Elementary;
 use crate::tuning::Units;
 
 use super::Pad;
 use super::body::{InUnits, Surface};
 use super::equilibrium::{ActivePatch, Equations, Stiffening};
+use super::memory::{Memory, Perhaps};
 use super::outcome::slipping;
 use super::state::{PadState, PatchState};
 use super::step::Candidates;
 
+/// The grip of a finger whose tissue has relaxed, see [`Pad::relaxed`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Relaxed<T = f32> {
+    /// Largest friction, N.
+    pub friction_limit_n: T,
+    /// 1 minus friction over that limit; 0 where the finger slips before it has relaxed.
+    pub slip_margin: T,
+}
+
 /// The equations of a step, and the patches at its solution.
-type AfterStep<'a, const P: usize, T, B> = (Equations<'a, T, InUnits<'a, B, T>>, Vec<ActivePatch<'a, T>, P>);
+type AfterStep<'a, const P: usize, T, B, W> = (Equations<'a, P, T, InUnits<'a, B, T>, W>, Vec<ActivePatch<'a, T>, P>);
 
 impl<T: Elementary> Pad<'_, T> {
     /// The depth of the last step, mm.
-    pub fn depth_mm<const P: usize>(&self, state: &PadState<P, T>) -> T {
+    pub fn depth_mm<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>) -> T {
         state.depth * self.units.length
     }
 
     /// Pitch and roll of the last step as the pad followed them, degrees.
-    pub fn pose_deg<const P: usize>(&self, state: &PadState<P, T>) -> [T; 2] {
+    pub fn pose_deg<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>) -> [T; 2] {
         let degrees = T::of(180.0) / T::half_turn();
         [self.numbers.neutral_pitch_deg + state.tilt[0] * degrees, state.tilt[1] * degrees]
     }
 
     /// The equations of the last step and the contact of each patch, in the units of the fitted finger. None without contact, or for a pad
     /// of more than `P` patches.
-    fn after_step<'a, const P: usize, B: Surface<T>>(
+    fn after_step<'a, const P: usize, B: Surface<T>, M: Memory<P, T>>(
         &'a self,
-        state: &PadState<P, T>,
+        state: &PadState<P, T, M>,
         body: &'a InUnits<'a, B, T>,
-    ) -> Option<AfterStep<'a, P, T, B>> {
+    ) -> Option<AfterStep<'a, P, T, B, M::Weights>> {
         if !state.in_contact() || !state.is_consistent(self.patches.len()) {
             return None;
         }
@@ -51,7 +64,11 @@ impl<T: Elementary> Pad<'_, T> {
     /// Pressure, traction, area and stick ratio of each patch after the last step.
     ///
     /// Costs as much as one iteration of a step.
-    pub fn patch_states<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [PatchState<T>; P] {
+    pub fn patch_states<const P: usize, M: Memory<P, T>>(
+        &self,
+        state: &PadState<P, T, M>,
+        body: &impl Surface<T>,
+    ) -> [PatchState<T>; P] {
         let Units { length, per_length, force, .. } = self.units;
         let pressure = force * per_length * per_length;
         let blunt = self.blunted(body);
@@ -89,9 +106,9 @@ impl<T: Elementary> Pad<'_, T> {
     ///
     /// The moment is about the centre of rotation of poses, as in a response. Returns 0 without contact or without motion. Costs as much as
     /// one iteration of a step.
-    pub fn full_slip<const P: usize>(
+    pub fn full_slip<const P: usize, M: Memory<P, T>>(
         &self,
-        state: &PadState<P, T>,
+        state: &PadState<P, T, M>,
         body: &impl Surface<T>,
         [along_x, along_y, turn]: [T; 3],
     ) -> [T; 3] {
@@ -123,8 +140,47 @@ impl<T: Elementary> Pad<'_, T> {
         [limit[0] * force, limit[1] * force, limit[2] * (force * length)]
     }
 
+    /// What is left of the grip when the tissue has relaxed at the present depth, if friction stays as it is: the limit, N, and the margin.
+    /// A load that only the present limit holds slips on the way.
+    ///
+    /// * `response`: that of the last step
+    ///
+    /// Both are those of the response where the tissue does not relax. Costs as much as one iteration of a step.
+    pub fn relaxed<const P: usize, M: Memory<P, T>>(
+        &self,
+        state: &PadState<P, T, M>,
+        body: &impl Surface<T>,
+        response: &Response<T>,
+    ) -> Relaxed<T> {
+        let blunt = self.blunted(body);
+        let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
+        let now = Relaxed { friction_limit_n: response.friction_limit_n, slip_margin: response.slip_margin };
+        let Some((equations, active)) = self.after_step(state, &body) else { return now };
+        if equations.weights.get().is_none() {
+            return now;
+        }
+        let mut limit = T::of(0.0);
+        for ActivePatch { placed, contact, .. } in &active {
+            // Skin that lags behind the body comes to touch it.
+            if placed.compressed.touches(contact.overlap) {
+                limit +=
+                    placed.compressed.press(contact.overlap, &self.numbers.law).strength * equations.strength_factor;
+            }
+        }
+        let friction_limit_n = limit * self.units.force;
+        let used = (T::of(1.0) - response.slip_margin) * response.friction_limit_n;
+        Relaxed {
+            friction_limit_n,
+            slip_margin: (T::of(1.0) - used / (friction_limit_n + T::of(f32::MIN_POSITIVE))).not_negative(),
+        }
+    }
+
     #[cfg(test)]
-    pub(crate) fn residual<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> [T; super::MODES] {
+    pub(crate) fn residual<const P: usize, M: Memory<P, T>>(
+        &self,
+        state: &PadState<P, T, M>,
+        body: &impl Surface<T>,
+    ) -> [T; super::MODES] {
         let blunt = self.blunted(body);
         let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
         let equations = self.equations(state, &body);
@@ -133,21 +189,31 @@ impl<T: Elementary> Pad<'_, T> {
         equations.residual(&state.bulk, &mut active)
     }
 
-    /// Energy stored after the last step, mJ.
-    pub fn energy_mj<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> T {
+    /// Energy stored after the last step, mJ; of tissue that relaxes the part that stays when it has relaxed.
+    pub fn energy_mj<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>, body: &impl Surface<T>) -> T {
         let mut sum = T::of(0.0);
         let blunt = self.blunted(body);
         let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
-        let Some((_, active)) = self.after_step(state, &body) else { return sum };
+        let Some((equations, active)) = self.after_step(state, &body) else { return sum };
         for x in &state.bulk {
             sum += T::of(0.5) * *x * *x;
         }
         sum += Stiffening::at(&self.numbers.squash, &state.bulk, &self.numbers.law).energy;
-        for ActivePatch { patch, placed, contact, .. } in &active {
+        for ActivePatch { index, patch, placed, contact } in &active {
             if contact.touches {
-                let (energy, _) = placed.compressed.energy(contact.overlap, contact.force, T::of(0.0));
-                let stretch = contact.length.at_most(contact.bound);
-                sum += energy + T::of(0.5) * stretch * stretch / patch.compliance_mm_per_n[1];
+                let relaxed = equations.stiff().map_or(contact.force, |_| contact.relaxed);
+                let (energy, _) = placed.compressed.energy(contact.overlap, relaxed, T::of(0.0));
+                let mut square = contact.length.at_most(contact.bound);
+                square *= square;
+                if let Some(weights) = equations.weights.get() {
+                    let share = (contact.bound / contact.length).at_most(T::of(1.0)) / weights.stiff;
+                    let (_, shift) = weights.of_patch(*index);
+                    let [x, y] = [0, 1].map(|k| contact.stretch[k] * share + shift[k]);
+                    // It lies in the tangent plane at the anchor.
+                    let z = -(placed.inward.x * x + placed.inward.y * y) / placed.inward.z;
+                    square = x * x + y * y + z * z;
+                }
+                sum += energy + T::of(0.5) * square / patch.compliance_mm_per_n[1];
             }
         }
         sum * (self.units.force * self.units.length)

@@ -2,11 +2,12 @@
 //!
 //! Uses state and save.
 
-use crate::Error;
 use crate::error::Field;
 use crate::model_file::crc32;
 use crate::save::{read_words, write_words};
+use crate::{BRANCHES, Error};
 
+use super::memory::{Memory, PadMemory};
 use super::state::FLAGS;
 use super::vector::Rounded;
 use super::{Numbers, Pad, PadState, Patch};
@@ -21,16 +22,28 @@ pub const fn pad_state_bytes(patches: usize) -> usize {
     size_of::<PadState<0>>() + 5 * 4 * patches + 12
 }
 
+/// The same for tissue that relaxes.
+pub const fn relaxing_pad_state_bytes(patches: usize) -> usize {
+    pad_state_bytes(patches) + size_of::<PadMemory<0>>() + BRANCHES * 3 * 4 * patches
+}
+
 impl Pad<'_> {
     /// Checksum of the pad's numbers. A saved state contains it and is refused with another pad. Costs about 20 instructions a byte.
     pub fn checksum(&self) -> u32 {
         let numbers: &[u8] = bytemuck::bytes_of::<Numbers>(self.numbers);
         let patches: &[u8] = bytemuck::cast_slice::<Patch, u8>(self.patches);
-        crc32(numbers) ^ crc32(patches).rotate_left(1)
+        let checksum = crc32(numbers) ^ crc32(patches).rotate_left(1);
+        if !self.relaxation.is_some() {
+            return checksum;
+        }
+        checksum ^ crc32(bytemuck::bytes_of(&self.relaxation)).rotate_left(2)
     }
 }
 
-impl<const P: usize> PadState<P> {
+impl<const P: usize, M: Memory<P, f32> + bytemuck::Pod> PadState<P, f32, M> {
+    /// Length of a saved state, bytes.
+    const LENGTH: usize = size_of::<Self>() + 12;
+
     /// Writes the state into `out`, little-endian, after version and checksum of the pad's numbers ([`Pad::checksum`]), with a checksum of
     /// all bytes at the end. Returns the number of bytes, [`pad_state_bytes`].
     ///
@@ -38,7 +51,7 @@ impl<const P: usize> PadState<P> {
     /// [`Error::Buffer`] if `out` is too short.
     pub fn write_bytes(&self, pad: u32, out: &mut [u8]) -> Result<usize, Error> {
         let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(self));
-        write_words([VERSION, pad], words.iter().copied(), pad_state_bytes(P), out)
+        write_words([VERSION, pad], words.iter().copied(), Self::LENGTH, out)
     }
 
     /// The state that [`PadState::write_bytes`] wrote with the same pad.
@@ -47,7 +60,7 @@ impl<const P: usize> PadState<P> {
     /// [`Error::Length`], [`Error::Checksum`] for damage, [`Error::Version`], [`Error::OtherModel`], and [`Error::Range`] for a value that
     /// no step produces.
     pub fn read_bytes(pad: u32, bytes: &[u8]) -> Result<Self, Error> {
-        let found = read_words([VERSION, pad], pad_state_bytes(P), bytes)?;
+        let found = read_words([VERSION, pad], Self::LENGTH, bytes)?;
         let mut state = Self::without_contact(0);
         let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
         for (slot, word) in words.iter_mut().zip(found) {

@@ -6,6 +6,7 @@ use crate::math::{Elementary, add};
 use crate::{Error, Regime, Response, Status};
 
 use super::Pad;
+use super::memory::{Memory, PadMemory};
 use super::step::axes;
 use super::vector::{Bulk, Rounded, zeros};
 
@@ -20,10 +21,12 @@ const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 ///
 /// Plain data: a copy restores an earlier state, and [`PadState::write_bytes`] saves one. A state belongs to one pad, one tuning and one
 /// body.
+///
+/// * `M`: memory of the tissue. `()`: the finger follows its relaxed tissue, and the time step has no influence; see [`RelaxingPadState`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
-pub struct PadState<const P: usize, T = f32> {
+pub struct PadState<const P: usize, T = f32, M = ()> {
     /// Coordinates of the bulk.
     pub(crate) bulk: Bulk<T>,
     /// Change of the bulk in the last step.
@@ -57,11 +60,16 @@ pub struct PadState<const P: usize, T = f32> {
     pub(crate) probe: T,
     /// The response of the last step, if the contact is at [`REST`].
     rest: Rest<T>,
+    /// What the tissue remembers.
+    pub(crate) memory: M,
     /// Number of patches of its pad.
     pub(crate) patches: u32,
     /// [`IN_CONTACT`], [`FACTORED`] and [`REST`].
     pub(crate) flags: u32,
 }
+
+/// The state of a contact of a finger whose tissue relaxes; made by [`PadState::relaxing`].
+pub type RelaxingPadState<const P: usize, T = f32> = PadState<P, T, PadMemory<P, T>>;
 
 /// A response with the status `ok`, as plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,10 +91,10 @@ pub(crate) const FLAGS: u32 = IN_CONTACT | FACTORED | REST;
 
 // SAFETY: `repr(C)` over 32-bit floats, an even number of u16 and u32: no padding, and any bits are a value.
 #[allow(unsafe_code)]
-unsafe impl<const P: usize> bytemuck::Zeroable for PadState<P> {}
-// SAFETY: as above.
+unsafe impl<const P: usize, M: bytemuck::Zeroable> bytemuck::Zeroable for PadState<P, f32, M> {}
+// SAFETY: as above; a memory is plain too.
 #[allow(unsafe_code)]
-unsafe impl<const P: usize> bytemuck::Pod for PadState<P> {}
+unsafe impl<const P: usize, M: bytemuck::Pod> bytemuck::Pod for PadState<P, f32, M> {}
 
 impl<const P: usize, T: Elementary> PadState<P, T> {
     /// A finger without contact, over a plane.
@@ -94,11 +102,55 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
     /// # Errors
     /// [`Error::Shape`] for a pad of more than `P` patches.
     pub fn new(pad: &Pad<'_, T>) -> Result<Self, Error> {
+        Self::fresh(pad)
+    }
+
+    /// A finger without contact over a body whose apex lies under the point of first touch in a pose. The finger then rotates about that
+    /// point.
+    ///
+    /// # Errors
+    /// As [`PadState::new`].
+    pub fn over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
+        Self::fresh_over(pad, pose_deg)
+    }
+}
+
+impl<const P: usize, T: Elementary> RelaxingPadState<P, T> {
+    /// A finger without contact, over a plane, whose tissue relaxes.
+    ///
+    /// # Errors
+    /// As [`PadState::new`].
+    pub fn relaxing(pad: &Pad<'_, T>) -> Result<Self, Error> {
+        Self::fresh(pad)
+    }
+
+    /// As [`PadState::over`].
+    ///
+    /// # Errors
+    /// As [`PadState::new`].
+    pub fn relaxing_over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
+        Self::fresh_over(pad, pose_deg)
+    }
+}
+
+impl<const P: usize, T: Elementary, M: Memory<P, T>> PadState<P, T, M> {
+    /// A finger without contact, over a plane.
+    pub(crate) fn fresh(pad: &Pad<'_, T>) -> Result<Self, Error> {
         let patches = pad.patches.len();
         if patches > P {
             return Err(Error::Shape { elements: patches as u32, nodes: P as u32 });
         }
         Ok(Self::without_contact(patches))
+    }
+
+    pub(crate) fn fresh_over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
+        let mut state = Self::fresh(pad)?;
+        state.tilt = pad.tilt(pose_deg).0;
+        // In the neutral pose this point is the origin; the fitted heights give it within their error only.
+        if state.tilt != zeros() {
+            state.pivot = pad.fitted_first_touch_point_mm(&axes(state.tilt)).into();
+        }
+        Ok(state)
     }
 
     /// A finger without contact, over a plane.
@@ -120,24 +172,10 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
             approach: T::of(0.0),
             probe: T::of(0.0),
             rest: Rest { numbers: zeros(), regime: 0 },
+            memory: M::fresh(),
             patches: patches as u32,
             flags: 0,
         }
-    }
-
-    /// A finger without contact over a body whose apex lies under the point of first touch in a pose. The finger then rotates about that
-    /// point.
-    ///
-    /// # Errors
-    /// As [`PadState::new`].
-    pub fn over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
-        let mut state = Self::new(pad)?;
-        state.tilt = pad.tilt(pose_deg).0;
-        // In the neutral pose this point is the origin; the fitted heights give it within their error only.
-        if state.tilt != zeros() {
-            state.pivot = pad.fitted_first_touch_point_mm(&axes(state.tilt)).into();
-        }
-        Ok(state)
     }
 
     /// Sets the factor of all strengths from the next step on: the influence of moisture, speed or dwell on friction.
@@ -267,9 +305,7 @@ impl<const P: usize, T: Elementary> PadState<P, T> {
         let [least, most] = STRENGTH_FACTOR;
         patches == self.patches as usize && patches <= P && self.strength_factor.is_between(least, most)
     }
-}
 
-impl<const P: usize, T: Elementary> PadState<P, T> {
     /// Initial guess of a step: extrapolates the bulk where the motion continues that of the last step.
     pub(crate) fn extrapolate(&mut self, motion: [T; 6]) {
         let arm = T::of(TURN_MM);

@@ -10,7 +10,8 @@ use crate::step::rare;
 use crate::{Motion, Response, Status};
 
 use super::body::{InUnits, Sides, Surface, spread};
-use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, anchor_at};
+use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, Stiffening, anchor_at};
+use super::memory::{Memory, Perhaps};
 use super::patch::{Compressed, root_of_variance, spread_along};
 use super::state::{APART, PadState};
 use super::vector::{Bulk, along, zeros};
@@ -32,6 +33,8 @@ const NEARBY_MM: f32 = 0.15;
 const FARTHEST_MM: f32 = 20.0;
 /// A place whose overlap with the body shows whether it is another one, mm.
 const PROBE_MM: [f32; 3] = [1.25, 0.5, -0.75];
+/// Tolerance of the equilibrium of tissue that relaxes, over that of a step: without motion it lags behind by as much.
+const CREEP: f32 = 0.1;
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
 
@@ -54,9 +57,9 @@ impl<T: Elementary> Pad<'_, T> {
     ///
     /// Bad input sets a flag of [`Response::status`], and the coordinate keeps its value. From the second step at rest on, state and
     /// response are the same bit for bit.
-    pub fn step<const P: usize>(
+    pub fn step<const P: usize, M: Memory<P, T>>(
         &self,
-        state: &mut PadState<P, T>,
+        state: &mut PadState<P, T, M>,
         body: &impl Surface<T>,
         motion: Motion<T>,
         pose_deg: [T; 2],
@@ -76,9 +79,9 @@ impl<T: Elementary> Pad<'_, T> {
 
     /// [`Self::step`] in the units of the fitted finger.
     #[inline(always)]
-    fn fitted_step<const P: usize>(
+    fn fitted_step<const P: usize, M: Memory<P, T>>(
         &self,
-        state: &mut PadState<P, T>,
+        state: &mut PadState<P, T, M>,
         body: &impl Surface<T>,
         motion: Motion<T>,
         pose_deg: [T; 2],
@@ -95,9 +98,15 @@ impl<T: Elementary> Pad<'_, T> {
         {
             return response;
         }
+        let dt_s = motion.dt_s;
         let (status, motion, travel) = self.advance(state, body, motion, pose_deg);
+        if let Some(memory) = state.memory.get() {
+            let dt_s = if dt_s.is_between(f32::MIN_POSITIVE, LARGEST) { dt_s } else { T::of(0.0) };
+            memory.clock.go_on(dt_s, &self.relaxation);
+        }
         if !(state.depth >= T::of(TOUCH_MM)) {
             state.end_contact();
+            self.remember(state, None, &[]);
             return Response { status, ..Response::default() };
         }
         let start = state.bulk;
@@ -130,13 +139,21 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         let sums = self.update_anchors_and_sum(state, &equations, &active);
+        let pushes = self.pushes(state);
+        self.remember(state, Some(&pushes), &active);
         if !converged {
             // The next step may move the skin anywhere.
             state.reserve = state.reserve.map(|reserve| reserve.at_most(T::of(APART)));
         }
         let response = self.response(state, &equations, &sums);
         let still = |change: &[T]| change.iter().all(|x| *x == T::of(0.0));
-        let rests = converged && status == Status::OK && still(&motion) && still(&state.drift) && !sums.is_changed;
+        let mut rests = converged && status == Status::OK && still(&motion) && still(&state.drift) && !sums.is_changed;
+        if let Some(memory) = state.memory.get() {
+            if !rests {
+                memory.clock.unsettle();
+            }
+            rests &= memory.clock.is_settled(&self.relaxation);
+        }
         state.rest(rests.then_some(&response));
         // Such numbers mean that the memory was overwritten; their squares could overflow to infinity or NaN.
         let ([x, y], [about_x, about_y], [centre_x, centre_y]) =
@@ -152,7 +169,12 @@ impl<T: Elementary> Pad<'_, T> {
     }
 
     /// Whether a motion changes nothing and sets no flag.
-    fn is_without_motion<const P: usize>(&self, state: &PadState<P, T>, motion: &Motion<T>, pose_deg: [T; 2]) -> bool {
+    fn is_without_motion<const P: usize, M: Memory<P, T>>(
+        &self,
+        state: &PadState<P, T, M>,
+        motion: &Motion<T>,
+        pose_deg: [T; 2],
+    ) -> bool {
         motion.slide_increment_mm == [T::of(0.0); 2]
             && motion.spin_increment_rad == T::of(0.0)
             && motion.depth_mm == state.depth
@@ -162,9 +184,9 @@ impl<T: Elementary> Pad<'_, T> {
 
     /// Moves body and pose, and begins a contact at first touch. Returns the motion: depth, slides (mm), spin, pitch and
     /// roll (rad); and an upper bound of the approach of the body to any patch, without its shift near first touch, mm.
-    fn advance<const P: usize>(
+    fn advance<const P: usize, M: Memory<P, T>>(
         &self,
-        state: &mut PadState<P, T>,
+        state: &mut PadState<P, T, M>,
         body: &impl Surface<T>,
         motion: Motion<T>,
         pose_deg: [T; 2],
@@ -225,7 +247,8 @@ impl<T: Elementary> Pad<'_, T> {
         if state.depth >= T::of(TOUCH_MM) && !state.in_contact() {
             let frame = self.frame(state, body);
             state.touch();
-            state.bulk = zeros();
+            let weights = state.memory.weights(&self.relaxation);
+            state.bulk = weights.get().map_or(zeros(), |w| w.bulk.map(|held| held / w.stiff));
             for ((patch, anchor), reserve) in self.patches.iter().zip(&mut state.anchors).zip(&mut state.reserve) {
                 *anchor = closest_place(body, &frame.place(patch));
                 *reserve = T::of(APART);
@@ -238,7 +261,7 @@ impl<T: Elementary> Pad<'_, T> {
     }
 
     /// Transformation from the finger's frame to that of the body.
-    fn frame<const P: usize>(&self, state: &PadState<P, T>, body: &impl Surface<T>) -> Frame<T> {
+    fn frame<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>, body: &impl Surface<T>) -> Frame<T> {
         let tilted = axes(state.tilt);
         let (sin, cos) = state.angle[0].sin_cos();
         let [along, across, normal] = [0, 1, 2].map(|k| tilted.row(k));
@@ -261,9 +284,9 @@ impl<T: Elementary> Pad<'_, T> {
     }
 
     /// Whether a patch that was left out of the step may touch after the bulk has moved from `start` and the body by `travel`, mm.
-    fn may_touch<const P: usize>(
+    fn may_touch<const P: usize, M: Memory<P, T>>(
         &self,
-        state: &PadState<P, T>,
+        state: &PadState<P, T, M>,
         active: &[ActivePatch<'_, T>],
         start: &Bulk<T>,
         travel: T,
@@ -274,27 +297,31 @@ impl<T: Elementary> Pad<'_, T> {
         state.reserve.iter().take(self.patches.len()).enumerate().filter(asleep).any(|(_, reserve)| !(*reserve > near))
     }
 
-    pub(super) fn equations<'a, const P: usize, B: Surface<T>>(
+    pub(super) fn equations<'a, const P: usize, B: Surface<T>, M: Memory<P, T>>(
         &'a self,
-        state: &PadState<P, T>,
+        state: &PadState<P, T, M>,
         body: &'a B,
-    ) -> Equations<'a, T, B> {
-        let frame = self.frame(state, body);
+    ) -> Equations<'a, P, T, B, M::Weights> {
+        let (frame, weights) = (self.frame(state, body), state.memory.weights(&self.relaxation));
         Equations {
             numbers: self.numbers,
             body,
             // Near first touch the normal force is the patches' times the rate of approach.
             strength_factor: state.strength_factor * self.units.strength * frame.approach.rate,
             frame,
-            tolerance: self.effort.tolerance,
+            tolerance: match weights.get() {
+                Some(weights) if weights.stiff != T::of(1.0) => CREEP * self.effort.tolerance,
+                _ => self.effort.tolerance,
+            },
+            weights,
         }
     }
 
     /// Collects the patches that take part in a step, in their order.
-    pub(super) fn collect_active<'a, const P: usize, B: Surface<T>>(
+    pub(super) fn collect_active<'a, const P: usize, B: Surface<T>, M: Memory<P, T>>(
         &'a self,
-        state: &PadState<P, T>,
-        equations: &Equations<'_, T, B>,
+        state: &PadState<P, T, M>,
+        equations: &Equations<'_, P, T, B, M::Weights>,
         which: Candidates<T>,
         active: &mut Vec<ActivePatch<'a, T>, P>,
     ) {
@@ -308,7 +335,13 @@ impl<T: Elementary> Pad<'_, T> {
             {
                 continue;
             }
-            let mut placed = self.placed(patch, *anchor, frame, body);
+            let mut anchor = *anchor;
+            if let Some(weights) = equations.weights.get() {
+                // Where friction would be 0.
+                let (_, [x, y]) = weights.of_patch(index);
+                anchor = [anchor[0] - x, anchor[1] - y];
+            }
+            let mut placed = self.placed(patch, anchor, frame, body);
             if *reserve >= T::of(APART) {
                 // Without contact the patch has no anchor yet: it is the place below the present position of the skin.
                 let moved = Vector3::from(patch.modes.each_ref().map(|row| along(row, &state.bulk)));
@@ -318,6 +351,45 @@ impl<T: Elementary> Pad<'_, T> {
             // Cannot fail: the list has room for all patches of a state.
             let _ = active.push(ActivePatch { index, patch, placed, contact: PatchContact::without_contact() });
         }
+    }
+
+    /// Moves the memory of the tissue on to the end of a step.
+    ///
+    /// * `pushes`: relaxed force of the bulk over its coordinates; none in the air
+    fn remember<const P: usize, M: Memory<P, T>>(
+        &self,
+        state: &mut PadState<P, T, M>,
+        pushes: Option<&Bulk<T>>,
+        active: &[ActivePatch<'_, T>],
+    ) {
+        let weights = state.memory.weights(&self.relaxation);
+        let (Some(weights), Some(memory)) = (weights.get(), state.memory.get()) else { return };
+        let per_stiff = T::of(1.0) / weights.stiff;
+        // What does not touch comes back as its branches let go.
+        let free = weights.bulk.map(|held| held * per_stiff);
+        let mut active = active.iter().peekable();
+        memory.move_on(&self.relaxation, pushes.unwrap_or(&free), self.patches.len(), |index| {
+            let (held, mut stretch) = weights.of_patch(index);
+            let mut force = held * per_stiff;
+            if let Some(ActivePatch { contact, .. }) = active.next_if(|patch| patch.index == index) {
+                force = contact.relaxed;
+                if contact.touches {
+                    // The length of a patch that slips ends at its bound.
+                    let share = (contact.bound / contact.length).at_most(T::of(1.0)) * per_stiff;
+                    stretch = [0, 1].map(|k| stretch[k] + share * contact.stretch[k]);
+                }
+            }
+            (force, stretch)
+        });
+    }
+
+    /// Relaxed force of the bulk over its coordinates, sqrt(mJ).
+    fn pushes<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>) -> Bulk<T> {
+        if state.memory.weights(&self.relaxation).get().is_none() {
+            return zeros();
+        }
+        let stiffening = Stiffening::at(&self.numbers.squash, &state.bulk, &self.numbers.law);
+        core::array::from_fn(|k| state.bulk[k] + stiffening.direction[k] * stiffening.first)
     }
 
     /// The quantities of a patch that are constant within a step.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Motion, Regime, Response, Status, Tuning};
+use crate::{Motion, Regime, Relaxation, Response, Status, Tuning};
 
 const N: usize = EXAMPLE_PATCHES;
 
@@ -15,10 +15,11 @@ impl Random {
 
 /// A contact along a path. Positions are slide x and y and depth (mm), spin, pitch relative to the neutral one, and roll (rad).
 #[derive(Clone)]
-struct PathRun<'a, B> {
+struct PathRun<'a, B, M = ()> {
     pad: Pad<'a, f64>,
     body: B,
-    state: PadState<N, f64>,
+    state: PadState<N, f64, M>,
+    dt_s: f64,
     at: [f64; 6],
     last: Response<f64>,
     /// Work of the body on the finger, and the sum of its magnitudes over the steps, mJ.
@@ -34,9 +35,22 @@ impl<'a, B: Surface<f64>> PathRun<'a, B> {
         } else {
             PadState::over(&pad, [pad.numbers.neutral_pitch_deg, 0.0]).unwrap()
         };
-        Self { pad, body, state, at: START, last: Response::default(), work: [0.0; 2] }
+        Self { pad, body, state, dt_s: 1e-3, at: START, last: Response::default(), work: [0.0; 2] }
     }
 
+    /// The same finger, whose tissue relaxes.
+    fn relaxing(&self, relaxation: Relaxation<f64>) -> PathRun<'a, B, PadMemory<N, f64>>
+    where
+        B: Clone,
+    {
+        let pad = self.pad.with_relaxation(relaxation);
+        let state = RelaxingPadState::fresh_over(&pad, [pad.numbers.neutral_pitch_deg, 0.0]).unwrap();
+        let (body, at, last) = (self.body.clone(), START, Response::default());
+        PathRun { pad, body, state, dt_s: 1e-3, at, last, work: [0.0; 2] }
+    }
+}
+
+impl<B: Surface<f64>, M: Memory<N, f64>> PathRun<'_, B, M> {
     fn height(&self, at: &[f64; 6]) -> f64 {
         let normal = [-at[4].sin(), at[4].cos() * at[5].sin(), at[4].cos() * at[5].cos()];
         let pivot: f64 = normal.iter().zip(&self.state.pivot).map(|(a, b)| a * b).sum();
@@ -56,7 +70,7 @@ impl<'a, B: Surface<f64>> PathRun<'a, B> {
             depth_mm: next[2],
             slide_increment_mm: [travel[0], travel[1]],
             spin_increment_rad: travel[3],
-            dt_s: 1e-3,
+            dt_s: self.dt_s,
         };
         let pose = [self.pad.numbers.neutral_pitch_deg + next[4].to_degrees(), next[5].to_degrees()];
         let response = self.pad.step(&mut self.state, &self.body, motion, pose);
@@ -159,6 +173,61 @@ fn closed_paths_yield_no_work() {
         }
     }
     on_every_body!(example.pad(), check);
+}
+
+/// Tissue that relaxes takes work whatever the time steps are, those that are none included: more than stays stored when it has relaxed.
+#[test]
+fn relaxing_tissue_yields_no_work_at_any_pace() {
+    let example = ExamplePad::new().cast::<f64>();
+    let exact = example.pad().with_effort(Effort { evaluations: 200, tolerance: 1e-5 });
+    fn check<B: Surface<f64> + Clone>(name: &str, start: PathRun<'_, B>) {
+        let mut random = Random(17);
+        for path in 0..paths() {
+            let times = [1e-4, 1e-2, 1.0].map(|least| least * 100f64.powf(random.between(0.0, 1.0)));
+            let shares = [2.0, 1.0, 3.0].map(|most| random.between(0.0, most));
+            let branches = core::array::from_fn(|i| crate::Branch { share: shares[i], time_s: times[i] });
+            let mut run = start.relaxing(Relaxation { branches });
+            for corner in 0..8 {
+                run.state.set_strength_factor(random.between(0.5, 1.5));
+                let to = match corner {
+                    7 => START,
+                    _ => [
+                        random.between(-1.0, 1.0),
+                        random.between(-1.0, 1.0),
+                        random.between(-0.2, 1.5),
+                        random.between(-0.3, 0.3),
+                        random.between(-0.2, 0.2),
+                        random.between(-0.2, 0.2),
+                    ],
+                };
+                let pace = 10f64.powf(random.between(-5.0, -1.0));
+                let from = run.at;
+                for step in 1..=100 {
+                    let share = f64::from(step) / 100.0;
+                    run.dt_s = match random.between(0.0, 40.0) as usize {
+                        0 => 0.0,
+                        1 => f64::NAN,
+                        2 => -1.0,
+                        3 => 1e8,
+                        _ => pace,
+                    };
+                    run.step(core::array::from_fn(|k| from[k] + share * (to[k] - from[k])));
+                }
+                let ([work, exchanged], stored) = (run.work, run.pad.energy_mj(&run.state, &run.body));
+                assert!(
+                    work - stored > -1e-5 * exchanged || exchanged < 0.1,
+                    "{name}, path {path}: {work:e} of {exchanged:e} mJ, {stored:e} stored"
+                );
+            }
+            assert!(run.work[0] > 0.02 * run.work[1], "{name}, path {path}: {:?}", run.work);
+        }
+    }
+    on_every_body!(exact, check);
+}
+
+/// Paths on each body; `FINGERPAD_PATHS` asks for more.
+fn paths() -> usize {
+    std::env::var("FINGERPAD_PATHS").map_or(12, |count| count.parse().unwrap())
 }
 
 /// A static load below its limit remains after many small cycles of any coordinate, and does not drift after the first cycles.

@@ -2,32 +2,15 @@
 
 use core::f64::consts::{PI, TAU};
 
-use crate::common::{Noise, shipped, shipped_pad};
+use crate::common::{Double, Noise, shipped, shipped_pad};
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape, Wrench};
 use fingerpad::nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
-use fingerpad::pad::{Body, Cylinder, Edge, Numbers, Pad, PadState, Patch, Sphere};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Sphere};
 use fingerpad::{Elementary, Error, Motion, Regime, Response, SpinState, State, Status, Tuning, step};
 
 const P: usize = 40;
 /// Neutral pitch of the shipped models, degrees.
 const NEUTRAL_DEG: f64 = 30.0;
-
-/// The shipped pad in double precision.
-struct Double {
-    numbers: Numbers<f64>,
-    patches: Vec<Patch<f64>>,
-}
-
-impl Double {
-    fn new() -> Self {
-        let file = shipped_pad();
-        let pad = file.file().pad;
-        Self { numbers: pad.numbers.cast(), patches: pad.patches.iter().map(|p| p.cast()).collect() }
-    }
-    fn pad(&self) -> Pad<'_, f64> {
-        Pad::new(&self.patches, &self.numbers)
-    }
-}
 
 /// A place of the body by the coordinates of a path: slide x and y of its apex (of a plane, of a place on it), depth, mm, spin, pitch and
 /// roll, degrees.

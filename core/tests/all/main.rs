@@ -17,6 +17,7 @@ mod pad_driven;
 mod pads;
 mod properties;
 mod recipe;
+mod relaxation;
 mod requests;
 mod step_length;
 mod stick_ratio;

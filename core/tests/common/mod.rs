@@ -9,6 +9,7 @@ pub mod vectors;
 
 use fingerpad::build::{Data, Params, ParamsOf};
 use fingerpad::host::PadModelFile;
+use fingerpad::pad::{Numbers, Pad, Patch};
 use fingerpad::{Error, FileOf, Motion, Response, State, Tuning, step};
 use proptest::prelude::*;
 
@@ -30,6 +31,23 @@ pub fn shipped() -> Data {
 /// The pad that ships.
 pub fn shipped_pad() -> PadModelFile {
     PadModelFile::new(include_bytes!("../data/fingertip-pad.fpm")).unwrap()
+}
+
+/// The shipped pad in double precision.
+pub struct Double {
+    pub numbers: Numbers<f64>,
+    pub patches: Vec<Patch<f64>>,
+}
+
+impl Double {
+    pub fn new() -> Self {
+        let file = shipped_pad();
+        let pad = file.file().pad;
+        Self { numbers: pad.numbers.cast(), patches: pad.patches.iter().map(|p| p.cast()).collect() }
+    }
+    pub fn pad(&self) -> Pad<'_, f64> {
+        Pad::new(&self.patches, &self.numbers)
+    }
 }
 
 /// The model of a file, from a copy that is aligned as the reader requires.
