@@ -199,9 +199,16 @@ impl<T: Elementary> Clock<T> {
     }
 }
 
+/// Part of a memory that rounding of the present force may be, and that is no change.
+const ROUNDING: f32 = 2e-6;
+
 /// A remembered force moved on by a share of its way to the present one. The last bits of the way, which rounding would leave, it goes at once.
 #[inline(always)]
 pub(crate) fn towards<T: Scalar>(memory: T, present: T, share: T) -> T {
-    let next = memory + (present - memory) * share;
+    let away = present - memory;
+    if away.magnitude() <= T::of(ROUNDING) * memory.magnitude() {
+        return memory;
+    }
+    let next = memory + away * share;
     if next == memory { present } else { next }
 }

@@ -84,7 +84,7 @@ pub(crate) struct PatchContact<T> {
     pub strength: T,
     /// See [`super::patch::PatchForce::below`].
     pub below: T,
-    /// Vector from the skin to the anchor along the surface, mm, and its length.
+    /// Vector from the skin to the anchor along the surface, mm, times s less h where the tissue relaxes, and its length.
     pub stretch: Vector3<T>,
     pub length: T,
     /// Length of the stretch at which friction reaches the strength, mm.
@@ -166,14 +166,14 @@ impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Eq
             contact.touches = placed.compressed.touches(overlap);
             if let Some(weights) = self.weights.get() {
                 // Without contact the skin comes back as its branches let go.
-                contact.relaxed = weights.of_patch(*index).0 / weights.stiff;
+                contact.relaxed = weights.normal(*index) / weights.stiff;
             }
             if !contact.touches {
                 continue;
             }
             let mut load = placed.compressed.press(overlap, law);
             if let Some(weights) = self.weights.get() {
-                let force = weights.stiff * load.force - weights.of_patch(*index).0;
+                let force = weights.stiff * load.force - weights.normal(*index);
                 contact.touches = force > T::of(0.0);
                 if !contact.touches {
                     // The skin lags behind the body.
@@ -199,8 +199,8 @@ impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Eq
             } else {
                 across - placed.inward * across.dot(&placed.inward)
             };
-            if let Some(stiff) = self.stiff() {
-                contact.stretch *= stiff;
+            if let Some(weights) = self.weights.get() {
+                contact.stretch = contact.stretch * weights.stiff - weights.across(*index, &placed.inward);
             }
             contact.length = (contact.stretch.dot(&contact.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];

@@ -4,6 +4,8 @@
 
 use core::fmt::Debug;
 
+use nalgebra::Vector3;
+
 use crate::math::Elementary;
 use crate::relaxation::{BRANCHES, Clock, Relaxation, towards};
 
@@ -52,16 +54,30 @@ pub struct Weights<const P: usize, T> {
     pub(super) bulk: Bulk<T>,
     /// h of each patch along its normal, N.
     normal: [T; P],
-    /// h over s of the stretch of each patch, mm.
+    /// h of the stretch of each patch along the body's axes x and y, mm.
     across: [[T; 2]; P],
 }
 
 impl<const P: usize, T: Elementary> Weights<P, T> {
-    /// h of a patch along its normal, N, and h over s of its stretch, mm.
+    /// h of a patch along its normal, N.
     #[inline(always)]
-    pub(super) fn of_patch(&self, index: usize) -> (T, [T; 2]) {
-        let zero = T::of(0.0);
-        (self.normal.get(index).copied().unwrap_or(zero), self.across.get(index).copied().unwrap_or([zero; 2]))
+    pub(super) fn normal(&self, patch: usize) -> T {
+        self.normal.get(patch).copied().unwrap_or(T::of(0.0))
+    }
+
+    /// h of the stretch of a patch along x and y, mm.
+    #[inline(always)]
+    pub(super) fn across_of(&self, patch: usize) -> [T; 2] {
+        self.across.get(patch).copied().unwrap_or([T::of(0.0); 2])
+    }
+
+    /// h of the stretch of a patch, mm, in the tangent plane at its anchor.
+    ///
+    /// * `inward`: direction into the body there
+    #[inline(always)]
+    pub(super) fn across(&self, patch: usize, inward: &Vector3<T>) -> Vector3<T> {
+        let [x, y] = self.across_of(patch);
+        Vector3::new(x, y, -(inward.x * x + inward.y * y) / inward.z)
     }
 }
 
@@ -81,7 +97,7 @@ pub struct PadMemory<const P: usize, T = f32> {
     bulk: [Bulk<T>; BRANCHES],
     /// Normal force of each patch, N.
     normal: [[T; P]; BRANCHES],
-    /// Stretch of each patch along the body's axes, mm.
+    /// Stretch of each patch along the body's axes x and y, mm.
     across: [[[T; 2]; P]; BRANCHES],
     pub(super) clock: Clock<T>,
 }
@@ -124,13 +140,12 @@ impl<const P: usize, T: Elementary> Memory<P, T> for PadMemory<P, T> {
     fn weights(&self, relaxation: &Relaxation<T>) -> Weights<P, T> {
         let shares = self.clock.shares(relaxation);
         let stiff = shares.iter().fold(T::of(1.0), |sum, share| sum + *share);
-        let per_stiff = T::of(1.0) / stiff;
         let (mut bulk, mut normal, mut across) = (zeros(), [T::of(0.0); P], [[T::of(0.0); 2]; P]);
         for (i, share) in shares.into_iter().enumerate() {
             add(&mut bulk, &self.bulk[i], share);
             add(&mut normal, &self.normal[i], share);
             for (sum, stretch) in across.iter_mut().zip(&self.across[i]) {
-                add(sum, stretch, share * per_stiff);
+                add(sum, stretch, share);
             }
         }
         Weights { stiff, bulk, normal, across }

@@ -62,15 +62,8 @@ impl<T: Elementary> Pad<'_, T> {
                 continue;
             };
             let before = (*anchor, *reserve);
-            let shifted = |[x, y]: [T; 2]| match equations.weights.get() {
-                None => [x, y],
-                Some(weights) => {
-                    let (_, shift) = weights.of_patch(*index);
-                    [x + shift[0], y + shift[1]]
-                }
-            };
             if !contact.touches {
-                *anchor = shifted(closest_place(equations.body, &contact.place));
+                *anchor = closest_place(equations.body, &contact.place);
                 let mut overlap = contact.overlap + placed.compressed.spread;
                 if equations.stiff().is_some() {
                     // Skin that lags behind the body does not touch it.
@@ -83,15 +76,17 @@ impl<T: Elementary> Pad<'_, T> {
             let reserve_now = (contact.bound - contact.length).not_negative().at_most(T::of(MOST_RESERVE_MM));
             if *reserve >= T::of(APART) {
                 // The patch did not touch at the end of the last step.
-                *anchor = shifted([placed.anchor[0], placed.anchor[1]]);
+                *anchor = [placed.anchor[0], placed.anchor[1]];
                 *reserve = reserve_now;
                 *turn = [zero; 2];
             }
             let slips = contact.length > contact.bound * T::of(SLIPS[0]) + T::of(SLIPS[1]);
             if slips {
-                let share = contact.bound / contact.length;
-                let to_anchor = contact.stretch * equations.stiff().map_or(share, |stiff| share / stiff);
-                *anchor = shifted(closest_place(equations.body, &(contact.place + to_anchor)));
+                let mut to_anchor = contact.stretch * (contact.bound / contact.length);
+                if let Some(weights) = equations.weights.get() {
+                    to_anchor = (to_anchor + weights.across(*index, &placed.inward)) * (T::of(1.0) / weights.stiff);
+                }
+                *anchor = closest_place(equations.body, &(contact.place + to_anchor));
             }
             // A rise of the reserve, because friction falls or strength rises, is a turn. Then nothing slips until the reserve falls.
             let (extreme, fell) = (reserve.magnitude(), *reserve >= zero);

@@ -206,12 +206,9 @@ impl<T: Elementary> Pad<'_, T> {
                 let mut square = contact.length.at_most(contact.bound);
                 square *= square;
                 if let Some(weights) = equations.weights.get() {
-                    let share = (contact.bound / contact.length).at_most(T::of(1.0)) / weights.stiff;
-                    let (_, shift) = weights.of_patch(*index);
-                    let [x, y] = [0, 1].map(|k| contact.stretch[k] * share + shift[k]);
-                    // It lies in the tangent plane at the anchor.
-                    let z = -(placed.inward.x * x + placed.inward.y * y) / placed.inward.z;
-                    square = x * x + y * y + z * z;
+                    let share = (contact.bound / contact.length).at_most(T::of(1.0));
+                    let held = contact.stretch * share + weights.across(*index, &placed.inward);
+                    square = held.dot(&held) / (weights.stiff * weights.stiff);
                 }
                 sum += energy + T::of(0.5) * square / patch.compliance_mm_per_n[1];
             }

@@ -335,18 +335,17 @@ impl<T: Elementary> Pad<'_, T> {
             {
                 continue;
             }
-            let mut anchor = *anchor;
-            if let Some(weights) = equations.weights.get() {
-                // Where friction would be 0.
-                let (_, [x, y]) = weights.of_patch(index);
-                anchor = [anchor[0] - x, anchor[1] - y];
-            }
-            let mut placed = self.placed(patch, anchor, frame, body);
+            let mut placed = self.placed(patch, *anchor, frame, body);
             if *reserve >= T::of(APART) {
                 // Without contact the patch has no anchor yet: it is the place below the present position of the skin.
                 let moved = Vector3::from(patch.modes.each_ref().map(|row| along(row, &state.bulk)));
                 let here = placed.place + frame.soft * moved;
                 (placed.anchor, placed.inward) = anchor_at(body, closest_place(body, &here));
+                if let Some(weights) = equations.weights.get() {
+                    // The skin there is where its branches leave it.
+                    let held = weights.across(index, &placed.inward) * (T::of(1.0) / weights.stiff);
+                    (placed.anchor, placed.inward) = anchor_at(body, closest_place(body, &(placed.anchor + held)));
+                }
             }
             // Cannot fail: the list has room for all patches of a state.
             let _ = active.push(ActivePatch { index, patch, placed, contact: PatchContact::without_contact() });
@@ -369,16 +368,17 @@ impl<T: Elementary> Pad<'_, T> {
         let free = weights.bulk.map(|held| held * per_stiff);
         let mut active = active.iter().peekable();
         memory.move_on(&self.relaxation, pushes.unwrap_or(&free), self.patches.len(), |index| {
-            let (held, mut stretch) = weights.of_patch(index);
-            let mut force = held * per_stiff;
+            let mut force = weights.normal(index) * per_stiff;
+            let mut stretch = weights.across_of(index);
             if let Some(ActivePatch { contact, .. }) = active.next_if(|patch| patch.index == index) {
                 force = contact.relaxed;
                 if contact.touches {
                     // The length of a patch that slips ends at its bound.
-                    let share = (contact.bound / contact.length).at_most(T::of(1.0)) * per_stiff;
+                    let share = (contact.bound / contact.length).at_most(T::of(1.0));
                     stretch = [0, 1].map(|k| stretch[k] + share * contact.stretch[k]);
                 }
             }
+            let stretch = stretch.map(|x| x * per_stiff);
             (force, stretch)
         });
     }

@@ -103,7 +103,8 @@ fn a_held_press_relaxes_as_its_branches_do() {
             assert_eq!(pad.step(&mut state, &body, press(depth, dt_s), POSE_DEG), response);
         }
         assert_eq!(state, rests);
-        assert!((response.normal_force_n / relaxed.normal_force_n - 1.0).abs() < 3e-3, "{response:?} {relaxed:?}");
+        let most = if body == Body::Plane { 1e-3 } else { 1e-2 };
+        assert!((response.normal_force_n / relaxed.normal_force_n - 1.0).abs() < most, "{response:?} {relaxed:?}");
     }
 }
 
