@@ -171,22 +171,15 @@ impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Eq
             if !contact.touches {
                 continue;
             }
-            let mut load = placed.compressed.press(overlap, law);
-            if let Some(weights) = self.weights.get() {
-                let force = weights.stiff * load.force - weights.normal(*index);
-                contact.touches = force > T::of(0.0);
+            let branches = self.weights.get().map(|weights| [weights.stiff, weights.normal(*index)]);
+            let load = placed.compressed.press(overlap, law, branches);
+            if branches.is_some() {
+                contact.touches = load.force > T::of(0.0);
                 if !contact.touches {
                     // The skin lags behind the body.
                     continue;
                 }
-                contact.relaxed = load.force;
-                load.slope *= weights.stiff;
-                // The area follows the overlap, and the pressure the force.
-                if force != load.force {
-                    let over = force / (load.force + T::of(f32::MIN_POSITIVE));
-                    load.strength *= (law.friction[1] * over.ln()).exp();
-                    load.force = force;
-                }
+                contact.relaxed = load.relaxed;
             }
             contact.inward = inward;
             contact.force = load.force;

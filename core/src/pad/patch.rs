@@ -28,9 +28,11 @@ pub(crate) struct PatchForce<T> {
     /// Normal force, N, and its derivative over the overlap, N/mm.
     pub force: T,
     pub slope: T,
+    /// Normal force of the relaxed tissue, N.
+    pub relaxed: T,
     /// Largest friction, N.
     pub strength: T,
-    /// Natural logarithm of the force over [`Compressed::full`], at most 0.
+    /// Natural logarithm of that force over [`Compressed::full`], at most 0.
     pub below: T,
 }
 
@@ -69,11 +71,14 @@ impl<T: Elementary> Compressed<T> {
 
     /// Force and strength of a patch that touches.
     ///
+    /// * `branches`: s and h, N, of tissue that relaxes. The pressure follows the force, and the area the overlap.
+    ///
     /// Up to [`Self::flat`] the force is flat s³ with compliance flat s³ + spread s² = overlap + spread; above it, overlap over compliance.
-    pub fn press(&self, overlap: T, law: &Law<T>) -> PatchForce<T> {
+    #[inline(always)]
+    pub fn press(&self, overlap: T, law: &Law<T>, branches: Option<[T; 2]>) -> PatchForce<T> {
         let over = overlap + self.spread;
         let a = self.compliance * self.flat;
-        let (force, slope) = if over >= a + self.spread {
+        let (relaxed, mut slope) = if over >= a + self.spread {
             (overlap / self.compliance, T::of(1.0) / self.compliance)
         } else {
             // The left side is convex, so that Newton's method from above decreases monotonically to the root.
@@ -91,16 +96,21 @@ impl<T: Elementary> Compressed<T> {
             let force = self.flat * (s * s * s);
             (force, T::of(3.0) * self.flat * s / (T::of(3.0) * a * s + T::of(2.0) * self.spread))
         };
-        let log = (force / self.full + T::of(f32::MIN_POSITIVE)).ln();
+        let log = (relaxed / self.full + T::of(f32::MIN_POSITIVE)).ln();
         let beta = law.friction[1];
         let (below, exponent) =
             if log < T::of(0.0) { (log, beta + law.area[2] * (T::of(1.0) - beta)) } else { (T::of(0.0), beta) };
-        PatchForce {
-            force,
-            slope,
-            strength: law.friction[0] * self.full_area * (exponent * log + self.full_log).exp(),
-            below,
+        let mut strength_log = exponent * log + self.full_log;
+        let mut force = relaxed;
+        if let Some([stiff, held]) = branches {
+            force = stiff * relaxed - held;
+            slope *= stiff;
+            if force != relaxed {
+                let tiny = T::of(f32::MIN_POSITIVE);
+                strength_log += beta * ((force + tiny) / (relaxed + tiny)).ln();
+            }
         }
+        PatchForce { force, slope, relaxed, strength: law.friction[0] * self.full_area * strength_log.exp(), below }
     }
 
     /// Share of [`Self::full_area`] in contact at [`PatchForce::below`].

@@ -163,8 +163,8 @@ impl<T: Elementary> Pad<'_, T> {
         for ActivePatch { placed, contact, .. } in &active {
             // Skin that lags behind the body comes to touch it.
             if placed.compressed.touches(contact.overlap) {
-                limit +=
-                    placed.compressed.press(contact.overlap, &self.numbers.law).strength * equations.strength_factor;
+                limit += placed.compressed.press(contact.overlap, &self.numbers.law, None).strength
+                    * equations.strength_factor;
             }
         }
         let friction_limit_n = limit * self.units.force;

@@ -33,8 +33,6 @@ const NEARBY_MM: f32 = 0.15;
 const FARTHEST_MM: f32 = 20.0;
 /// A place whose overlap with the body shows whether it is another one, mm.
 const PROBE_MM: [f32; 3] = [1.25, 0.5, -0.75];
-/// Tolerance of the equilibrium of tissue that relaxes, over that of a step: without motion it lags behind by as much.
-const CREEP: f32 = 0.1;
 /// Degrees to rad.
 const RAD: f32 = core::f32::consts::PI / 180.0;
 
@@ -106,7 +104,8 @@ impl<T: Elementary> Pad<'_, T> {
         }
         if !(state.depth >= T::of(TOUCH_MM)) {
             state.end_contact();
-            self.remember(state, None, &[]);
+            let weights = state.memory.weights(&self.relaxation);
+            self.remember(state, &weights, None, &[]);
             return Response { status, ..Response::default() };
         }
         let start = state.bulk;
@@ -139,8 +138,11 @@ impl<T: Elementary> Pad<'_, T> {
             }
         }
         let sums = self.update_anchors_and_sum(state, &equations, &active);
-        let pushes = self.pushes(state);
-        self.remember(state, Some(&pushes), &active);
+        if equations.weights.get().is_some() {
+            let stiffening = Stiffening::at(&self.numbers.squash, &state.bulk, &self.numbers.law);
+            let pushes = core::array::from_fn(|k| state.bulk[k] + stiffening.direction[k] * stiffening.first);
+            self.remember(state, &equations.weights, Some(&pushes), &active);
+        }
         if !converged {
             // The next step may move the skin anywhere.
             state.reserve = state.reserve.map(|reserve| reserve.at_most(T::of(APART)));
@@ -309,10 +311,7 @@ impl<T: Elementary> Pad<'_, T> {
             // Near first touch the normal force is the patches' times the rate of approach.
             strength_factor: state.strength_factor * self.units.strength * frame.approach.rate,
             frame,
-            tolerance: match weights.get() {
-                Some(weights) if weights.stiff != T::of(1.0) => CREEP * self.effort.tolerance,
-                _ => self.effort.tolerance,
-            },
+            tolerance: self.effort.tolerance,
             weights,
         }
     }
@@ -358,10 +357,10 @@ impl<T: Elementary> Pad<'_, T> {
     fn remember<const P: usize, M: Memory<P, T>>(
         &self,
         state: &mut PadState<P, T, M>,
+        weights: &M::Weights,
         pushes: Option<&Bulk<T>>,
         active: &[ActivePatch<'_, T>],
     ) {
-        let weights = state.memory.weights(&self.relaxation);
         let (Some(weights), Some(memory)) = (weights.get(), state.memory.get()) else { return };
         let per_stiff = T::of(1.0) / weights.stiff;
         // What does not touch comes back as its branches let go.
@@ -381,15 +380,6 @@ impl<T: Elementary> Pad<'_, T> {
             let stretch = stretch.map(|x| x * per_stiff);
             (force, stretch)
         });
-    }
-
-    /// Relaxed force of the bulk over its coordinates, sqrt(mJ).
-    fn pushes<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>) -> Bulk<T> {
-        if state.memory.weights(&self.relaxation).get().is_none() {
-            return zeros();
-        }
-        let stiffening = Stiffening::at(&self.numbers.squash, &state.bulk, &self.numbers.law);
-        core::array::from_fn(|k| state.bulk[k] + stiffening.direction[k] * stiffening.first)
     }
 
     /// The quantities of a patch that are constant within a step.

@@ -12,10 +12,10 @@ use fingerpad::events::{Event, Queue, Watch};
 use fingerpad::frames::{FrameContact, FrameResponse, RoundBed, Shape};
 use fingerpad::margin::{Margin, MarginObserver, Reading, Settings as MarginSettings};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, Sphere};
+use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, RelaxingPadState, Sphere};
 use fingerpad::{
-    Contact, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Response, SPRINGS, SpinState, State,
-    Surroundings, Tangential, Tuning,
+    Branch, Contact, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Relaxation, Response, SPRINGS,
+    SpinState, State, Surroundings, Tangential, Tuning,
 };
 use panic_never as _;
 
@@ -127,8 +127,14 @@ fn pads(bytes: &mut [u8], f: [f32; 4]) -> Option<Response> {
     let edge = Edge::new(f[0], f[1], f[2]).ok()?;
     black_box(pad.step(&mut over, &Sphere::new(f[0]).ok()?, motion, [f[0], f[1]]));
     black_box(pad.step(&mut over, &Cylinder::new(f[0], f[1]).ok()?, motion, [f[0], f[1]]));
-    let r = pad.step(&mut over, &edge, motion, [f[0], f[1]]);
+    black_box(pad.step(&mut over, &edge, motion, [f[0], f[1]]));
     black_box(pad.energy_mj(&over, &edge));
+    let branches = Relaxation::new(&[Branch { share: f[0], time_s: f[1] }]).ok()?;
+    let pad = pad.with_relaxation(branches);
+    let mut relaxing = RelaxingPadState::<38>::relaxing(&pad).ok()?;
+    black_box(pad.step(&mut relaxing, &edge, motion, [f[0], f[1]]));
+    let r = pad.step(&mut relaxing, &Plane, motion, [f[0], f[1]]);
+    black_box(pad.relaxed(&relaxing, &Plane, &r));
     Some(r)
 }
 

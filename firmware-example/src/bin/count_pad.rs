@@ -8,22 +8,22 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, Held, Shape};
 use fingerpad::nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use fingerpad::pad::{Body, Cylinder, Effort, Pad, PadState, Plane, Sphere, Surface};
-use fingerpad::{Error, Motion, Regime, Response};
+use fingerpad::pad::{Body, Cylinder, Effort, Memory, Pad, PadState, Plane, RelaxingPadState, Sphere, Surface};
+use fingerpad::{Error, Motion, Regime, Relaxation, Response};
 use fingerpad_firmware::count::{Count, count, start};
 use fingerpad_firmware::{PATCHES, exit, pad};
 
-struct Bench<'a, B> {
+struct Bench<'a, B, M> {
     pad: Pad<'a>,
     body: B,
-    state: PadState<PATCHES>,
+    state: PadState<PATCHES, f32, M>,
     /// Pitch and roll, degrees, and their change in a step.
     pose: [f32; 2],
     turn: [f32; 2],
     response: Response,
 }
 
-extern "C" fn step<B: Surface<f32>>(b: &mut Bench<'_, B>, s: &[f32; 4]) {
+extern "C" fn step<B: Surface<f32>, M: Memory<PATCHES, f32>>(b: &mut Bench<'_, B, M>, s: &[f32; 4]) {
     let motion = Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad: s[3], dt_s: 1e-3 };
     b.pose = [b.pose[0] + b.turn[0] * s[1], b.pose[1] + b.turn[1] * s[2]];
     b.response = b.pad.step(&mut b.state, &b.body, motion, b.pose);
@@ -65,14 +65,32 @@ fn row<B: Surface<f32>>(
 ) -> Result<(), Error> {
     let pad = pad()?.with_effort(Effort::REAL_TIME);
     let state = if body.is_plane() { PadState::new(&pad)? } else { PadState::over(&pad, start)? };
+    counted(name, pad, state, body, [start, turn], samples);
+    Ok(())
+}
+
+/// The same with three branches of the tissue.
+fn relaxing(name: &str, samples: &[[f32; 4]]) -> Result<(), Error> {
+    let pad = pad()?.with_effort(Effort::REAL_TIME).with_relaxation(Relaxation::HUMAN_ASSUMED);
+    counted(name, pad, RelaxingPadState::relaxing(&pad)?, Plane, [[30.0, 0.0], [0.0; 2]], samples);
+    Ok(())
+}
+
+fn counted<B: Surface<f32>, M: Memory<PATCHES, f32>>(
+    name: &str,
+    pad: Pad<'_>,
+    state: PadState<PATCHES, f32, M>,
+    body: B,
+    [start, turn]: [[f32; 2]; 2],
+    samples: &[[f32; 4]],
+) {
     let mut bench = Bench { pad, body, state, pose: start, turn, response: Response::default() };
     // Down to the first depth.
     for k in 1..=40 {
         step(&mut bench, &[0.02 * k as f32, 0.0, 0.0, 0.0]);
     }
-    print(name, count(step::<B>, &mut bench, samples));
+    print(name, count(step::<B, M>, &mut bench, samples));
     black_box(&bench.response);
-    Ok(())
 }
 
 /// A pad whose steps cost nothing, so that what frames add is counted.
@@ -163,6 +181,9 @@ fn all() -> Result<(), Error> {
     row("pad, plane, taps at 0.15 m/s", Plane, [30.0, 0.0], [0.0; 2], &taps)?;
     let rest = [[1.0, 0.0, 0.0, 0.0]; 64];
     row("pad, plane, at rest", Plane, [30.0, 0.0], [0.0; 2], &rest[8..])?;
+    relaxing("pad with three branches, strokes", &strokes)?;
+    relaxing("pad with three branches, jumps of 1 mm", &jumps)?;
+    relaxing("pad with three branches, held", &rest[8..])?;
     frames("frames of a pad, plane, beside its step", Shape::plane(), 0.0)?;
     frames("frames of a pad, sphere of 10 mm, beside its step", Shape::sphere(10.0)?, 10.0)?;
     frames("frames of a pad, box, beside its step", Shape::cuboid([20.0, 20.0, 5.0], 2.0)?, 5.0)
