@@ -57,6 +57,7 @@ impl Pad {
     /// Takes a file's bytes.
     pub fn new(bytes: &[u8]) -> Result<Self, Error> {
         let file = PadModelFile::new(bytes)?;
+        file.file().without_branches()?;
         let file = file.file();
         let patches = file.pad.patches.to_vec();
         if patches.len() > MOST {

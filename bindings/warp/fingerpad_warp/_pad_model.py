@@ -39,6 +39,8 @@ class Pad:
     def __init__(self, data: bytes) -> None:
         """From a file's bytes; `ModelError` names what is wrong."""
         envelope = Envelope(data)
+        if b"RELX" in envelope:
+            raise ModelError("section RELX is not understood: this package follows no tissue that relaxes")
         if b"PADN" not in envelope and b"DATA" in envelope:
             raise ModelError("the file holds a bed of springs, not a pad: read it with Model, or with load")
         head = envelope.section(b"PADN")[:4]

@@ -56,6 +56,14 @@ impl<'a> PadFile<'a> {
         pad.check()?;
         Ok(Self { pad, meta })
     }
+
+    /// The same for those that do not follow the tissue in time.
+    ///
+    /// # Errors
+    /// [`Error::Section`] with `RELX` for a file of tissue that relaxes.
+    pub fn without_branches(self) -> Result<Self, Error> {
+        if self.pad.relaxation.is_some() { Err(Error::Section { id: RELAXATION }) } else { Ok(self) }
+    }
 }
 
 impl Pad<'_> {

@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 use crate::math::Elementary;
 use crate::relaxation::{BRANCHES, Clock, Relaxation, towards};
 
-use super::MODES;
 use super::vector::{Bulk, zeros};
 
 /// Memory of the tissue in a [`super::PadState`]: `()` for none, [`PadMemory`] for branches. Sealed.
@@ -190,8 +189,8 @@ impl<const P: usize, T: Elementary> PadMemory<P, T> {
         }
         for (i, share) in due.iter().enumerate() {
             let Some(share) = *share else { continue };
-            for k in 0..MODES {
-                follow(i, &mut self.bulk[i][k], bulk[k], share);
+            for (memory, present) in self.bulk[i].iter_mut().zip(bulk) {
+                follow(i, memory, *present, share);
             }
         }
         for (i, share) in due.iter().enumerate() {

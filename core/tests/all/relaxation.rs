@@ -290,6 +290,8 @@ fn a_file_and_a_saved_state_keep_branches_and_memory() {
     let read = PadFile::from_bytes(&bytes[..length]).unwrap().pad;
     assert_eq!((read.relaxation(), read.patches, read.numbers), (pad.relaxation(), pad.patches, pad.numbers));
     assert_ne!(pad.checksum(), plain.checksum());
+    let refused = PadFile::from_bytes(&bytes[..length]).unwrap().without_branches().map(|_| ());
+    assert_eq!(refused, Err(Error::Section { id: *b"RELX" }));
     // A file of tissue that does not relax is that of before.
     let before = plain.write_file(file.file().meta, bytes).unwrap();
     assert_eq!(&bytes[..before], include_bytes!("../data/fingertip-pad.fpm"));

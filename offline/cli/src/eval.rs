@@ -7,7 +7,7 @@ use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad::{Body, LeastRadii, Surface};
-use fingerpad::{Effects, File, Status, pad};
+use fingerpad::{BRANCHES, Branch, Effects, Error, Field, File, Relaxation, Status, pad};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path as PlanePath, Turn, path_csv, response_csv};
@@ -33,6 +33,7 @@ Examples:
   fingerpad eval --model corrected.fpm --runs holdout.csv --out predicted.csv  beside measured runs
   fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out reduced.csv
   fingerpad eval --body sphere --radius-mm 10 --path path.csv --out reduced.csv  the shipped pad on a ball
+  fingerpad eval --relaxation human-assumed --path path.csv --out reduced.csv  tissue that relaxes (shares assumed)
   fingerpad eval --model pad.fpm --path path.csv --out reduced.csv             a pad, which `pad` writes
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
   fingerpad eval --observe log.csv --out margin.csv                            margin on a surface of unknown friction
@@ -54,6 +55,9 @@ too, a value a row, linear between rows; --column voltage_v=120 sets a constant 
 slide_y_mm (forces on the finger, slide of the surface against the finger's base), and writes for every row what
 is known of the surface: strength factor and slip margin with their 95 % bands, the chance of full slip within 50 ms, and
 whether this is more than the prior (docs/unknown-friction.md).
+
+--relaxation lets the tissue of a pad relax: held, the force falls as 1 plus the sum of the shares times exp(-t/time); the
+response then has more rows. human-assumed has published times (4 ms, 70 ms, 1.4 s) and assumed shares (1, 0.6, 0.6).
 
 A model file is either a bed of springs, for one pose of the finger on a plane, or a pad, for every pose on a plane, a
 sphere, a cylinder or an edge (--body). Without --model the shipped bed is used, or the shipped pad if the path leaves
@@ -79,6 +83,10 @@ pub struct Args {
     conditions: Conditions,
     #[command(flatten)]
     body: BodyArgs,
+    /// Branches of a pad's tissue in place of those of its file: `human-assumed`, `none`, or SHARE:TIME_S of up to three
+    /// branches, shares over the relaxed stiffness
+    #[arg(long, value_name = "BRANCHES", value_parser = branches, conflicts_with_all = ["runs", "observe"])]
+    relaxation: Option<Relaxation>,
     /// Constant value of an additional column that the model reads and the path does not have, as column=value; may be
     /// repeated
     #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
@@ -89,6 +97,31 @@ pub struct Args {
     /// Replace a file at --out that this command did not write
     #[arg(long)]
     force: bool,
+}
+
+/// Branches from their text.
+fn branches(text: &str) -> Result<Relaxation, String> {
+    match text {
+        "none" => return Ok(Relaxation::none()),
+        "human-assumed" => return Ok(Relaxation::HUMAN_ASSUMED),
+        _ => {}
+    }
+    let mut list = Vec::new();
+    for part in text.split(',') {
+        let expected = || format!("`{part}`: expected human-assumed, none or SHARE:TIME_S, as in 1:0.004,0.6:0.07");
+        let (share, time_s) = part.split_once(':').ok_or_else(expected)?;
+        let [share, time_s] = [share, time_s].map(|number| number.trim().parse::<f32>().map_err(|_| expected()));
+        list.push(Branch { share: share?, time_s: time_s? });
+    }
+    Relaxation::new(&list).map_err(|e| match e {
+        Error::Range { what: Field::RelaxationShare, index, value } => {
+            format!("share {value} of branch {} is outside 0 to 100", index + 1)
+        }
+        Error::Range { index, value, .. } => {
+            format!("time {value} s of branch {} is outside 10 us to 100 000 s", index + 1)
+        }
+        _ => format!("{} branches, at most {BRANCHES}", list.len()),
+    })
 }
 
 fn column_value(text: &str) -> Result<(String, f64), String> {
@@ -217,6 +250,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "{model_name}: a bed of springs supports the plane only; a pad supports other bodies"
         )));
     }
+    if args.relaxation.is_some() {
+        return Err(Failure::Input(anyhow!("{model_name}: --relaxation needs a pad; a bed of springs does not relax")));
+    }
     if let Some(log) = &args.observe.observe {
         return super::observe::run(&args.observe, log, &file, outputs, &args.out);
     }
@@ -245,8 +281,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Why a path needs the pad that ships instead of the bed, if it does.
 fn needs_pad(args: &Args, bed: &File<'_>, path: &PlanePath) -> Option<String> {
-    if args.body.is_given() {
-        return Some("--body requires a pad".into());
+    if args.body.is_given() || args.relaxation.is_some() {
+        let flag = if args.body.is_given() { "--body" } else { "--relaxation" };
+        return Some(format!("{flag} requires a pad"));
     }
     let [pitch, roll] = bed.model.data().pose_deg;
     let turned = |turn: &Option<Turn>, of_bed: f32| {
@@ -305,7 +342,15 @@ fn on_pad(
             "--body: a pad takes a plane, a sphere, a cylinder and an edge; `simulate` takes others"
         )));
     };
-    let pad = file.file().pad;
+    let mut pad = file.file().pad;
+    if let Some(relaxation) = args.relaxation {
+        pad = pad.with_relaxation(relaxation);
+    }
+    if *pad.relaxation() == Relaxation::HUMAN_ASSUMED {
+        eprintln!(
+            "relaxation human-assumed: the times are those of Pawluk and Howe (1999); the shares 1, 0.6, 0.6 are assumed"
+        );
+    }
     let LeastRadii { sphere_mm, cylinder_mm, edge_mm } = pad.least_radii_mm();
     if body.blunted(pad.least_radii_mm()).is_some() {
         return Err(Failure::Input(anyhow!(

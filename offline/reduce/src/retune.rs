@@ -106,7 +106,7 @@ fn bed_in(mut data: Data, units: &Units) -> Data {
 /// # Errors
 /// [`ReduceError::Model`] for a factor outside its range.
 pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
-    let file = file.file();
+    let file = file.file().without_branches()?;
     file.pad.tuned(*tuning)?;
     let factors = [tuning.size, tuning.stiffness, tuning.lambda];
     let [_, beta] = file.pad.numbers.law.friction;

@@ -13,6 +13,8 @@ __all__ = [
     "HAS_PROGRAM",
     "Contacts",
     "Finger",
+    "Margin",
+    "MarginObserver",
     "Model",
     "Pad",
     "Response",
@@ -438,10 +440,12 @@ class MarginObserver:
         *,
         dt_s: float = 1e-3,
         normal_variance_n2: float = 25e-6,
-        friction_covariance_n2: tuple[float, float, float] = (25e-6, 25e-6, 0.0),
-        slide_covariance_mm2: tuple[float, float, float] = (25e-6, 25e-6, 0.0),
+        friction_covariance_n2: tuple[float, float, float] = ...,
+        slide_covariance_mm2: tuple[float, float, float] = ...,
     ) -> Margin:
         """Takes forces, slide since the last reading and the covariance of their noise (xx, yy, xy; of the position for the slide).
+
+        Without them the noise of a force and of a position is 5 mN and 5 um.
 
         A reading that is unsound is left out and flagged, and the bounds widen.
         """

@@ -147,7 +147,7 @@ pub extern "C" fn load(length: usize) -> u32 {
 /// A pad and a finger in the air from the first `length` bytes.
 fn check(bytes: &'static Bytes, length: usize) -> Result<(Pad<'static>, PadState<PATCHES>), Error> {
     let too_long = Error::Length { expected: FILE_BYTES as u32, found: length as u32 };
-    let pad = PadFile::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?.pad;
+    let pad = PadFile::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?.without_branches()?.pad;
     Ok((pad, PadState::new(&pad)?))
 }
 

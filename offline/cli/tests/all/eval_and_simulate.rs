@@ -158,6 +158,39 @@ fn each_pitch_gives_forces_of_its_own_and_a_spin_its_moment() {
     assert!(last("spin_moment_n_mm") > 0.1);
 }
 
+/// Pressed fast and held: the force falls as its branches do, along the path and on a ball; bad branches are refused by value.
+#[test]
+fn tissue_that_relaxes_is_followed_in_time() {
+    let folder = Folder::with(&[("p.csv", &format!("{HEAD}\n0,0,0,0\n0.002,1,0,0\n20,1,0,0\n"))]);
+    for body in ["", " --body sphere --radius-mm 15"] {
+        let (_, printed) = folder.done(&format!("{EVAL} --force --relaxation 1:0.07,0.5:1.4{body}"));
+        assert!(printed.contains("requires a pad"), "{printed}");
+        let [time, force] = ["t_s", "normal_force_n"].map(|name| folder.column("r.csv", name));
+        let last = force.last().unwrap();
+        for t_s in [0.002, 0.02, 0.1, 0.5, 2.0, 8.0] {
+            let row = time.iter().position(|t| *t >= t_s).unwrap();
+            let since = time[row] - 0.001;
+            let exact = 1.0 + (-since / 0.07).exp() + 0.5 * (-since / 1.4).exp();
+            assert!(
+                (force[row] / last / exact - 1.0).abs() < 0.02,
+                "{body}: {} s: {} {exact}",
+                time[row],
+                force[row] / last
+            );
+        }
+    }
+    let (_, printed) = folder.done(&format!("{EVAL} --force --relaxation human-assumed"));
+    assert!(printed.contains("shares 1, 0.6, 0.6 are assumed"), "{printed}");
+    for (branches, words) in [
+        ("1:0", "time 0 s of branch 1"),
+        ("1:1,-0.5:1", "share -0.5 of branch 2"),
+        ("1", "`1`: expected"),
+        ("1:1,1:1,1:1,1:1", "4 branches, at most 3"),
+    ] {
+        folder.refused(&format!("{EVAL} --force --relaxation={branches}"), &[words]);
+    }
+}
+
 /// A ball off the middle of the finger spins about its own apex, in both programs. One that went round the finger would be on the other
 /// side after half a turn, and the centre of pressure with it: by more than 2 mm.
 #[test]

@@ -47,6 +47,14 @@ fn prepared() -> Folder {
         copy("yoshida2011.csv", table);
     }
     copy("human_texture_exploration/July3_1_force_data_1.csv", "t.csv");
+    // A log of a finger that presses and is dragged until it slips.
+    let log = (0..80).map(|k| {
+        let (t, normal) = (0.02 * f64::from(k), 0.03 * f64::from(k.min(20)));
+        let slide = 0.02 * f64::from((k - 20).max(0));
+        format!("{t:.2},{normal:.3},{:.3},0,{slide:.3},0\n", (0.8 * slide).min(0.5))
+    });
+    let head = "t_s,normal_force_n,friction_x_n,friction_y_n,slide_x_mm,slide_y_mm\n".to_owned();
+    folder.write("log.csv", head + &log.collect::<String>());
     for entry in fs::read_dir(data.join("runs")).unwrap() {
         let run = format!("runs/{}", entry.unwrap().file_name().to_string_lossy());
         copy(&run, &run);

@@ -1,8 +1,8 @@
 //! A pad along a path of waypoints, driven by displacements or forces, in every pose and on every body.
 
-use fingerpad::pad::{Body, Pad, PadState, Surface};
-use fingerpad::{Motion, Response, Status};
-use fingerpad_fe::load_path::{Drive, Path};
+use fingerpad::pad::{Body, Memory, Pad, PadState, RelaxingPadState, Surface};
+use fingerpad::{Error, Motion, Response, Status};
+use fingerpad_fe::load_path::{Drive, Path, Turn, Turns, Waypoint};
 
 use super::MOST_PATCHES;
 use crate::TrajectoryRow;
@@ -16,10 +16,16 @@ const TOLERANCE: [f64; 2] = [2e-4, 2e-5];
 const PROBE_MM: f64 = 2e-3;
 /// Longest motion of an iteration, mm.
 const LONGEST_MM: f64 = 0.2;
+/// Tissue that relaxes: the first interval between rows, s, how much longer each next one is, and the longest one over its segment.
+const FIRST_S: f64 = 1e-3;
+const LONGER: f64 = 1.1;
+const LONGEST_PART: f64 = 5e-3;
 
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
 /// * `body`: on a curved body the depth is that of the plane through its apex, from where this plane would first touch
+///
+/// Tissue that relaxes has more rows: in each segment they begin 1 ms apart and grow apart to a two-hundredth of it.
 ///
 /// If a prescribed force cannot be reached, the row has the nearest state and a flag; if a pose is outside the range of the fit, the state
 /// in the nearest pose and a flag.
@@ -34,13 +40,66 @@ pub fn simulate_path_on_pad(pad: &Pad<'_>, body: &Body, path: &Path) -> Result<V
     let neutral = f64::from(pad.numbers.neutral_pitch_deg);
     let first = [&path.turns.pitch, &path.turns.roll].map(|turn| turn.as_ref().and_then(|t| t.values.first()).copied());
     let start = [first[0].unwrap_or(neutral) as f32, first[1].unwrap_or(0.0) as f32];
+    let too_many =
+        |e: Error| PathError::Row { row: 1, problem: format!("the pad has more than {MOST_PATCHES} patches: {e}") };
+    if pad.relaxation().is_some() {
+        let state = RelaxingPadState::<MOST_PATCHES>::relaxing_over(pad, start).map_err(too_many)?;
+        return Ok(follow(pad, body, &in_time(path), state));
+    }
     let state = if body.is_plane() { PadState::new(pad) } else { PadState::over(pad, start) };
-    let mut state: PadState<MOST_PATCHES> = state.map_err(|e| PathError::Row {
-        row: 1,
-        problem: format!("the pad has more than {MOST_PATCHES} patches: {e}"),
-    })?;
+    Ok(follow(pad, body, path, state.map_err(too_many)?))
+}
+
+/// The path with more waypoints on its straight lines.
+fn in_time(path: &Path) -> Path {
+    // Segment and share of it.
+    let mut places = vec![(0, 0.0)];
+    for (k, pair) in path.waypoints.windows(2).enumerate() {
+        let whole = pair[1].t_s - pair[0].t_s;
+        let (mut t, mut interval) = (0.0, FIRST_S);
+        while t + 1.5 * interval < whole {
+            t += interval;
+            interval = (interval * LONGER).min(LONGEST_PART * whole).max(FIRST_S);
+            places.push((k, t / whole));
+        }
+        places.push((k, 1.0));
+    }
+    let at = |of: &dyn Fn(usize) -> f64, (k, share): (usize, f64)| match share {
+        0.0 => of(k),
+        1.0 => of(k + 1),
+        _ => of(k) + share * (of(k + 1) - of(k)),
+    };
+    let corner = |part: fn(&Waypoint) -> f64, place| at(&|k| part(&path.waypoints[k]), place);
+    let waypoint = |place: &(usize, f64)| Waypoint {
+        t_s: corner(|w| w.t_s, *place),
+        normal: corner(|w| w.normal, *place),
+        x: corner(|w| w.x, *place),
+        y: corner(|w| w.y, *place),
+    };
+    let turned = |turn: &Option<Turn>| {
+        turn.as_ref().map(|Turn { drive, values }| Turn {
+            drive: *drive,
+            values: places.iter().map(|place| at(&|k| values[k], *place)).collect(),
+        })
+    };
+    let Turns { spin, pitch, roll } = &path.turns;
+    Path {
+        drives: path.drives,
+        waypoints: places.iter().map(waypoint).collect(),
+        turns: Turns { spin: turned(spin), pitch: turned(pitch), roll: turned(roll) },
+    }
+}
+
+/// The rows of a path from a state in the air.
+fn follow<M: Memory<MOST_PATCHES, f32>>(
+    pad: &Pad<'_>,
+    body: &Body,
+    path: &Path,
+    mut state: PadState<MOST_PATCHES, f32, M>,
+) -> Vec<TrajectoryRow> {
+    let neutral = f64::from(pad.numbers.neutral_pitch_deg);
     let forced: Vec<usize> = (0..3).filter(|&k| path.drives[k] == Drive::Force).collect();
-    Ok(along(path, neutral, &mut |Place { target, dt, .. }: Place, at: &mut Position| {
+    along(path, neutral, &mut |Place { target, dt, .. }: Place, at: &mut Position| {
         let pose = [target[4] as f32, target[5] as f32];
         // Tries a step to a depth and slides, with the rotations of this step, from a copy of the state.
         let go = |to: [f64; 3]| {
@@ -60,11 +119,11 @@ pub fn simulate_path_on_pad(pad: &Pad<'_>, body: &Body, path: &Path) -> Result<V
         state = next;
         *at = [to[0], to[1], to[2], target[3], target[4], target[5]];
         response
-    }))
+    })
 }
 
 /// State and response at the end of a step.
-type Stepped = (PadState<MOST_PATCHES>, Response);
+type Stepped<M> = (PadState<MOST_PATCHES, f32, M>, Response);
 
 /// Finds the depth and slides of a step at which the forces have their prescribed values, by Newton's method with finite differences.
 /// Returns them with the result of the step; a flag marks forces that are not reached.
@@ -73,12 +132,12 @@ type Stepped = (PadState<MOST_PATCHES>, Response);
 /// * `to`: depth and slides of the first attempt, mm
 /// * `forced`: coordinates that are driven by force; without any the first attempt is returned
 /// * `wanted`: prescribed forces of these coordinates, N
-fn reach_forces(
-    go: impl Fn([f64; 3]) -> Stepped,
+fn reach_forces<M>(
+    go: impl Fn([f64; 3]) -> Stepped<M>,
     mut to: [f64; 3],
     forced: &[usize],
     wanted: &[f64],
-) -> ([f64; 3], Stepped) {
+) -> ([f64; 3], Stepped<M>) {
     let mut best = go(to);
     let tolerance = wanted.iter().fold(0.0, |most: f64, f| most.max(f.abs())) * TOLERANCE[0] + TOLERANCE[1];
     let missing = |r: &Response| -> Vec<f64> { forced.iter().zip(wanted).map(|(&k, w)| w - force(r, k)).collect() };
