@@ -105,8 +105,8 @@ const GROUPS: [(&[&str], [f64; 5]); 7] = [
 /// Units that no logger of a finger writes.
 const NOT_LOGGED: [&str; 2] = ["min", "nm"];
 
-/// Gain in 2 log likelihood from which on a unit is proposed.
-const PROPOSED: f64 = 4.0;
+/// Gain in 2 log likelihood from which on a unit of one file is proposed, and one of both, for which only other fingers speak.
+const PROPOSED: [f64; 2] = [4.0, 7.0];
 /// Gain from which on a file that has another unit than the other one is refused: two files of one finger are alike.
 const REFUSED: f64 = 12.0;
 /// Gain from which on two files of one unit are refused: no finger is like them.
@@ -243,10 +243,10 @@ fn proposals(files: &[Measures; 2]) -> Vec<Proposal> {
 pub fn check_units(sets: [&RunSet; 2], roles: [&str; 2]) -> Result<Option<Caution>, DiagnoseError> {
     let files = sets.map(measures);
     let all = proposals(&files);
-    let best = &all[0];
-    if best.gain < PROPOSED {
+    let is_proposed = |proposal: &&Proposal| proposal.gain >= PROPOSED[usize::from(proposal.files == [true, true])];
+    let Some(best) = all.iter().find(is_proposed) else {
         return Ok(gain_of_sensor(sets, &files));
-    }
+    };
     let alike = |other: &&Proposal| {
         other.gain > best.gain - AS_LIKELY && other.columns == best.columns && other.files == best.files
     };
