@@ -105,8 +105,10 @@ const GROUPS: [(&[&str], [f64; 5]); 7] = [
 /// Units that no logger of a finger writes.
 const NOT_LOGGED: [&str; 2] = ["min", "nm"];
 
-/// Gain in 2 log likelihood from which on a unit of one file is proposed, and one of both, for which only other fingers speak.
-const PROPOSED: [f64; 2] = [4.0, 7.0];
+/// Gain in 2 log likelihood from which on a unit is proposed.
+const PROPOSED: f64 = 4.0;
+/// The same for a part of the forces of both files: a sensor has one unit, and only other fingers speak for another one.
+const PROPOSED_FOR_A_PART: f64 = 5.0;
 /// Gain from which on a file that has another unit than the other one is refused: two files of one finger are alike.
 const REFUSED: f64 = 12.0;
 /// Gain from which on two files of one unit are refused: no finger is like them.
@@ -243,7 +245,10 @@ fn proposals(files: &[Measures; 2]) -> Vec<Proposal> {
 pub fn check_units(sets: [&RunSet; 2], roles: [&str; 2]) -> Result<Option<Caution>, DiagnoseError> {
     let files = sets.map(measures);
     let all = proposals(&files);
-    let is_proposed = |proposal: &&Proposal| proposal.gain >= PROPOSED[usize::from(proposal.files == [true, true])];
+    let is_proposed = |proposal: &&Proposal| {
+        let is_part = matches!(proposal.columns, ["normal_force_n"] | ["friction_x_n", ..]);
+        proposal.gain >= if is_part && proposal.files == [true, true] { PROPOSED_FOR_A_PART } else { PROPOSED }
+    };
     let Some(best) = all.iter().find(is_proposed) else {
         return Ok(gain_of_sensor(sets, &files));
     };

@@ -120,7 +120,7 @@ impl Lab {
 }
 
 /// Shares of the height of the undeformed bone to which a press leads, tried in turn while the plane meets the bone.
-const ALMOST: [f64; 4] = [0.92, 0.88, 0.84, 0.8];
+const ALMOST: [f64; 7] = [0.92, 0.88, 0.84, 0.8, 0.72, 0.64, 0.56];
 
 impl Lab {
     /// A press without friction on the plane, almost to the bone.
