@@ -78,7 +78,7 @@ def sites_of_bodies(
     geom_xpos: wp.array2d(dtype=wp.vec3),
     geom_xmat: wp.array2d(dtype=wp.mat33),
     shapes: wp.array(dtype=_frames.Solid),
-    at: wp.array(dtype=wp.vec3),
+    at: wp.array(dtype=wp.vec3d),
     axes: wp.array(dtype=wp.mat33),
     is_known: wp.array(dtype=int),
 ):
@@ -86,11 +86,12 @@ def sites_of_bodies(
     world, k = wp.tid()
     i = world * site.shape[0] + k
     to_geom = wp.transpose(geom_xmat[world, geom[k]])
-    place = MM_PER_M * (to_geom @ (site_xpos[world, site[k]] - geom_xpos[world, geom[k]]))
+    apart = wp.vec3d(site_xpos[world, site[k]]) - wp.vec3d(geom_xpos[world, geom[k]])
+    place = wp.float64(1000.0) * (wp.mat33d(to_geom) @ apart)
     # The finger's own axes first, whose rounding stays the same while only the object moves.
     turned = to_geom @ (site_xmat[world, site[k]] @ level)
     is_known[i] = 0
-    if wp.length(place) <= _frames.FARTHEST_MM and wp.isfinite(turned):
+    if wp.length(wp.vec3(place)) <= _frames.FARTHEST_MM and wp.isfinite(turned):
         is_known[i] = 1
     at[i] = place
     axes[i] = turned
