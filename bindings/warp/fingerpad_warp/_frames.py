@@ -502,7 +502,7 @@ def sites_of_poses(
             s * (i * j - k * w), 1.0 - s * (i * i + k * k), s * (j * k + i * w),
             s * (i * k + j * w), s * (j * k - i * w), 1.0 - s * (i * i + j * j),
         )  # fmt: skip
-        at[n] = -(wp.mat33d(back) @ wp.vec3d(p))
+        at[n] = wp.vec3d(-(back @ p))
         axes[n] = back @ level
         is_known[n] = 1
 
@@ -608,10 +608,8 @@ def stand(
     v = s.foot[1]
     cos = s.direction[0]
     sin = s.direction[1]
-    # The face turns one way when the finger turns the other. Differences first: in single precision the small turns of many steps then add
-    # up to the whole turn.
-    crossed = old_direction[0] * (sin - old_direction[1]) - old_direction[1] * (cos - old_direction[0])
-    spin = -wp.atan2(crossed, old_direction[0] * cos + old_direction[1] * sin)
+    # The face turns one way when the finger turns the other.
+    spin = -wp.atan2(old_direction[0] * sin - old_direction[1] * cos, old_direction[0] * cos + old_direction[1] * sin)
     at_now = wp.vec2(-(u * cos + v * sin), -(v * cos - u * sin))
     slide = at_now - old
     if is_plane:
