@@ -80,6 +80,14 @@ def one_number(name: str, value: Any) -> float:
     return float(value)
 
 
+def number_within(name: str, value: Any, least: float, most: float) -> float:
+    """A single number between two others."""
+    number = one_number(name, value)
+    if not least <= number <= most:
+        raise InputError(f"{name}: {value} is not between {least:.7g} and {most:.7g}")
+    return number
+
+
 def _short(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -25,13 +25,6 @@ _KINDS = ("plane", "sphere", "ellipsoid", "capsule", "cylinder", "edge", "cuboid
 FLAT = ("plane", "cuboid")
 
 
-def _within(name: str, value: Any, least: float, most: float) -> float:
-    number = _arrays.one_number(name, value)
-    if not least <= number <= most:
-        raise InputError(f"{name}: {value} is not between {least:.7g} and {most:.7g}")
-    return number
-
-
 @dataclass(frozen=True)
 class Shape:
     """The shape of a rigid body in its own frame: the origin in the middle, the axis of a cylinder and a capsule along z.
@@ -46,10 +39,10 @@ class Shape:
 
     @staticmethod
     def _made(kind: str, sizes: Sequence[Any] = (), edge_radius_mm: Any = 1.0, angle_deg: Any = 90.0) -> Shape:
-        size = [_within("size_mm", each, *RADIUS_MM) for each in sizes]
-        edge = _within("edge_radius_mm", edge_radius_mm, *RADIUS_MM)
+        size = [_arrays.number_within("size_mm", each, *RADIUS_MM) for each in sizes]
+        edge = _arrays.number_within("edge_radius_mm", edge_radius_mm, *RADIUS_MM)
         x, y, z = [*size, 0.0, 0.0, 0.0][:3]
-        return Shape(kind, (x, y, z), edge, _within("angle_deg", angle_deg, 1, 179))
+        return Shape(kind, (x, y, z), edge, _arrays.number_within("angle_deg", angle_deg, 1, 179))
 
     @staticmethod
     def plane() -> Shape:

@@ -252,7 +252,8 @@ def is_below(face: Face, at: wp.vec3, axes: wp.mat33, reach: float):
 
 
 @wp.func
-def stand_of(face: Face, at: wp.vec3, axes: wp.mat33):
+def stand_of(face: Face, at: wp.vec3, axes: wp.mat33, rest: wp.vec3):
+    """How a finger at the sum of `at` and the small `rest` stands against a face."""
     x = column(axes, 0)
     z = column(axes, 2)
     cosine = wp.dot(x, face.u)
@@ -265,8 +266,9 @@ def stand_of(face: Face, at: wp.vec3, axes: wp.mat33):
     along = face.u * out.direction[0] + face.v * out.direction[1]
     across = face.v * out.direction[0] - face.u * out.direction[1]
     to = at - face.middle
-    out.foot = wp.vec2(wp.dot(to, face.u), wp.dot(to, face.v))
-    out.height = wp.dot(to, face.normal) - face.offset
+    # The rest at the end: the body is far larger than what is left.
+    out.foot = wp.vec2(wp.dot(to, face.u) + wp.dot(rest, face.u), wp.dot(to, face.v) + wp.dot(rest, face.v))
+    out.height = wp.dot(to, face.normal) - face.offset + wp.dot(rest, face.normal)
     out.pitch = wp.atan2(-wp.dot(x, face.normal), flat)
     out.roll = wp.atan2(-wp.dot(z, across), wp.dot(column(axes, 1), across))
     out.axes = wp.matrix_from_cols(along, across, face.normal)
@@ -360,7 +362,7 @@ def find_apex(shape: Solid, number: int, at: wp.vec3, axes: wp.mat33, pad: wp.ar
         middle = wp.vec3(0.0, 0.0, 0.0)
         for _round in range(ROUNDS):
             face = face_of(shape, number, apex)
-            s = stand_of(face, at, axes)
+            s = stand_of(face, at, axes, wp.vec3())
             middle = face.middle
             touched = at + axes @ touch_mm(pad, s.pitch, s.roll) - middle
             to = touched + apex * FINGER_RADIUS_MM
@@ -478,7 +480,7 @@ def sites_of_poses(
     position_mm: wp.array(dtype=wp.vec3),
     quaternion: wp.array(dtype=wp.vec4),
     level: wp.mat33,
-    at: wp.array(dtype=wp.vec3),
+    at: wp.array(dtype=wp.vec3d),
     axes: wp.array(dtype=wp.mat33),
     is_known: wp.array(dtype=int),
 ):
@@ -500,14 +502,14 @@ def sites_of_poses(
             s * (i * j - k * w), 1.0 - s * (i * i + k * k), s * (j * k + i * w),
             s * (i * k + j * w), s * (j * k - i * w), 1.0 - s * (i * i + j * j),
         )  # fmt: skip
-        at[n] = -(back @ p)
+        at[n] = wp.vec3d(-(back @ p))
         axes[n] = back @ level
         is_known[n] = 1
 
 
 @wp.kernel
 def stand(
-    at: wp.array(dtype=wp.vec3),
+    at: wp.array(dtype=wp.vec3d),
     axes: wp.array(dtype=wp.mat33),
     is_known: wp.array(dtype=int),
     shapes: wp.array(dtype=Solid),
@@ -552,9 +554,12 @@ def stand(
         for c in range(3):
             axes_before[k, c] = past[rows + wp.static(AXES) + 3 * k + c, i]
     now = before
+    rest = wp.vec3()
     turned = axes_before
     if is_known[i] == 1:
-        now = at[i]
+        # What single precision leaves of a place is too coarse: a body that is held would drift within its steps.
+        now = wp.vec3(at[i])
+        rest = wp.vec3(at[i] - wp.vec3d(now))
         turned = axes[i]
     else:
         # The body stays where it was.
@@ -583,7 +588,7 @@ def stand(
     if chosen.number == 0:
         return
     face = face_of(shape, chosen.number, chosen.apex)
-    s = stand_of(face, now, turned)
+    s = stand_of(face, now, turned, rest)
     # ---- slide and spin ----
     is_plane = face.bent == 0
     old = wp.vec2(past[rows + wp.static(PLACE), i], past[rows + wp.static(PLACE + 1), i])
@@ -800,7 +805,7 @@ class Frames:
         names = ("depth_mm", "slide_x_mm", "slide_y_mm", "spin_rad", *(("pitch_deg", "roll_deg") if is_pad else ()))
         self.motion = {name: wp.zeros(count, dtype=float, device=device) for name in names}
         self.motion["strength_factor"] = _arrays.nothing(device)
-        self.at = wp.zeros(count, dtype=wp.vec3, device=device)
+        self.at = wp.zeros(count, dtype=wp.vec3d, device=device)
         self.axes = wp.zeros(count, dtype=wp.mat33, device=device)
         self.is_known = wp.zeros(count, dtype=int, device=device)
         self.stands = wp.zeros(count, dtype=Stand, device=device)

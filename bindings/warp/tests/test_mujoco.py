@@ -1,4 +1,4 @@
-"""Fingertips in MuJoCo Warp: a held block, the forces on the bodies, memory, energy, misuse."""
+"""Fingertips in MuJoCo Warp: a held block, the forces on the bodies, geoms of all kinds, memory, energy, misuse."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 import warp as wp
 from conftest import DEVICES, MODEL, SEED
+from scipy.spatial.transform import Rotation
+from test_frames import COUNT, SHAPES, poses
 
 import fingerpad_warp as fw
+from fingerpad_warp import _frames
 
 # A package of the nightly tests.
 mujoco_warp = pytest.importorskip("mujoco_warp")
@@ -21,7 +24,7 @@ pytestmark = pytest.mark.nightly
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 import scenes  # noqa: E402
 
-from fingerpad_warp import mujoco as callback_module  # noqa: E402
+from fingerpad_warp.mujoco import Callback  # noqa: E402
 
 
 @pytest.fixture(params=DEVICES, autouse=True)
@@ -69,7 +72,7 @@ def shaken(m: Any, d: Any, callback: Any, steps: int, between: Any = None) -> li
         push[:, 3] = random.normal(0, [0.3, 0.3, 0.3, 1e-3, 1e-3, 1e-3], (d.nworld, 6))
         d.xfrc_applied.assign(push)
         mujoco_warp.step(m, d)
-        motion = {name: array.numpy().copy() for name, array in callback._motion.items()}
+        motion = {name: array.numpy().copy() for name, array in callback._frames.motion.items()}
         out.append((motion, callback.response.numpy()))
         if between is not None:
             between()
@@ -125,15 +128,75 @@ def test_generalised_forces_are_those_of_mujoco() -> None:
         np.testing.assert_allclose(passive[world], expected, atol=2e-6)
 
 
+GEOMS = {
+    "plane": 'type="plane" size="1 1 1"',
+    "cuboid": 'type="box" size="0.015 0.012 0.01"',
+    "sphere": 'type="sphere" size="0.02"',
+    "capsule": 'type="capsule" size="0.012 0.02"',
+    "cylinder": 'type="cylinder" size="0.012 0.02"',
+}
+TOUCH = """<mujoco>
+  <option timestep="0.001" gravity="0 0 0"><flag contact="disable"/></option>
+  <worldbody>
+    <geom name="thing" {geom} pos="0.01 -0.02 0.03" euler="20 -40 70"/>
+    <body name="finger"><freejoint/><geom size="0.008" mass="0.03"/><site name="tip"/></body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [("bed", "plane"), ("bed", "cuboid"), *(("pad", name) for name in ("plane", "cuboid", "sphere", "capsule", "cylinder"))]
+)
+def test_geoms_are_the_shapes_of_contacts_in_frames(model: fw.Model, pad: fw.Pad, kind: str, name: str) -> None:
+    """Depth, force and moment of a finger that moves about a geom are those of `FrameContacts`; trials in between leave no trace.
+
+    The solver of a pad stops within a tolerance of the equilibrium; the depth shows the geometry itself.
+    """
+    finger = model if kind == "bed" else pad
+    mj_model = mujoco.MjModel.from_xml_string(TOUCH.format(geom=GEOMS[name]))
+    mj_data = mujoco.MjData(mj_model)
+    mujoco.mj_forward(mj_model, mj_data)
+    m, d = mujoco_warp.put_model(mj_model), mujoco_warp.put_data(mj_model, mj_data, nworld=COUNT)
+    callback = Callback(finger, mj_model, m, d, [("tip", "thing")])
+    contacts = fw.FrameContacts(finger, getattr(fw.Shape, name)(*SHAPES[name][0]), COUNT)
+    geom = Rotation.from_matrix(mj_data.geom_xmat[0].reshape(3, 3))
+    apart, sizes, regimes = [], [], set()
+    for k, (position, quaternion) in enumerate(zip(*poses(name), strict=True)):
+        quaternion = quaternion / np.linalg.norm(quaternion, axis=1)[:, None]
+        turn = geom * Rotation.from_quat(np.roll(quaternion, -1, axis=1)).inv()
+        qpos = np.concatenate([mj_data.geom_xpos[0] - turn.apply(position) / 1000, np.roll(turn.as_quat(), 1, axis=1)], axis=1)
+        d.time.assign(np.full(COUNT, 0.001 * k, np.float32))
+        for aside_m in (2e-4, 0.0):
+            d.qpos.assign((qpos + aside_m * (np.arange(7) < 3)).astype(np.float32))
+            mujoco_warp.forward(m, d)
+        # Of a free joint: the force in the world, and the moment about the body's own axes.
+        passive = d.qfrc_passive.numpy().astype(np.float64)
+        found = np.stack([turn.inv().apply(passive[:, :3]), 1000 * passive[:, 3:]], axis=1)
+        answer = contacts.step(position, quaternion).numpy()
+        expected = contacts.on_finger.numpy().reshape(COUNT, 2, 3)
+        expected[(answer["status"] & fw.Status.BAD_INPUT) != 0] = 0
+        where = f"seed {SEED}, step {k}"
+        np.testing.assert_array_equal(callback.read()["status"][:, 0], answer["status"], err_msg=where)
+        np.testing.assert_allclose(callback.depth_mm()[:, 0], contacts.depth_mm.numpy(), rtol=0, atol=3e-5, err_msg=where)
+        apart.append(np.abs(found - expected).max(axis=2))
+        sizes.append(np.abs(expected).max(axis=2))
+        regimes |= set(answer["regime"])
+    share = np.array(apart) / np.array(sizes).max(axis=(0, 1))
+    summary = f"seed {SEED}, {kind} on a {name}: within {share.max():.1e} of the largest"
+    print(summary)
+    assert share.max() <= (1e-5 if kind == "bed" else 1e-3), summary
+    assert regimes >= {0, 1, 2}, regimes
+
+
 @wp.kernel
 def lowest_and_slopes(
     pad: wp.array(dtype=float), pose: wp.array(dtype=wp.vec2), lowest_mm: wp.array(dtype=float), slopes_mm: wp.array(dtype=wp.vec2)
 ):
     i = wp.tid()
     pitch, roll = pose[i][0], pose[i][1]
-    held = callback_module.held_pose(pad, pitch, roll)
-    lowest_mm[i] = -wp.dot(callback_module.normal_at(pitch, roll), callback_module.touch_mm(pad, held[0], held[1]))
-    slopes_mm[i] = callback_module.lowest_slopes_mm(pad, pitch, roll, held, held[0] == pitch, held[1] == roll)
+    held = _frames.held_pose(pad, pitch, roll)
+    lowest_mm[i] = _frames.lowest_mm(pad, wp.vec2(), pitch, roll)
+    slopes_mm[i] = _frames.lowest_slopes_mm(pad, wp.vec2(), pitch, roll, held, held[0] == pitch, held[1] == roll)
 
 
 def test_slopes_are_those_of_the_depth(pad: fw.Pad) -> None:
@@ -302,7 +365,10 @@ def test_misuse_is_named(model: fw.Model, pad: fw.Pad) -> None:
         ({"contacts": [("left", "ball")]}, "contacts: the model has no geom 'ball'"),
         ({"contacts": ["left"]}, r"contacts: \['left'\] where pairs"),
         ({"contacts": []}, "contacts: at least one pair is needed"),
-        ({"geom": "ellipsoid"}, "contacts: geom 'object' is a ellipsoid; a finger touches planes and boxes"),
+        ({"geom": "sphere"}, "contacts: geom 'object' is of type sphere; a bed touches plane, box"),
+        ({"geom": "ellipsoid", "model": pad}, r"contacts: geom 'object' has the semi-axes \[20. 20. 30.\] mm; a pad takes a ratio of up to 1.4"),
+        ({"edge_radius_mm": 2}, "edge_radius_mm: 2, but a bed touches no edges"),
+        ({"edge_radius_mm": 11, "model": pad}, "edge_radius_mm: 11 is not between 0.1 and 10"),
         ({"integrator": "RK4"}, "integrator: RK4 is none of EULER, IMPLICIT, IMPLICITFAST"),
         ({"strength_factor": 9}, "strength_factor: 9 is not between 0.1 and 5"),
         ({"damping_slide_n_s_per_m": -1}, "damping_slide_n_s_per_m: -1 is not between 0 and"),
