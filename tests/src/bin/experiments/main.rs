@@ -1,7 +1,7 @@
 //! Two fingers of finite elements against published experiments: one page with a table and a figure each.
 //!
-//! The finger of the paper has the published constants, with no tuning. The tissue of the other one stiffens; its constants
-//! are provisional. `--fit` fits each effect that the paper's finger may lack to five numbers of a press.
+//! The finger of the paper has the published constants, with no tuning. The tissue of the other one stiffens, with constants
+//! of a fit. `--fit` fits each effect that the paper's finger may lack to five numbers of a press.
 
 mod fit;
 mod grip;
@@ -160,8 +160,8 @@ fn page_head(lab: &Lab) -> String {
         "# What the published finger lacks: eight experiments\n\nThis page compares two fingers of finite elements with eight published \
          experiments, which other groups made with other fingers.\n\n- **paper**: shape E with the material constants and the friction \
          law that Yoshida, Tada and Mochimaru published in 2011 for one subject. Nothing is tuned. It is the default of every \
-         command.\n- **stiffening**: the same finger with tissue that stiffens (`{STIFFENING}`). Its constants are provisional: they are \
-         those of a trial, and `--fit` has still to replace them.\n\nEach number has a band with two sides, taken from its publication before \
+         command.\n- **stiffening**: the same finger with tissue that stiffens (`{STIFFENING}`). Its constants are those of the \
+         fit below. For `--config`; the shipped models are those of the paper's finger.\n\nEach number has a band with two sides, taken from its publication before \
          any fit. Where a paper gives words only, the band is our reading of them. Where only its abstract was accessible, the \
          comparison is with the abstract. A number outside its band is bold. Mesh `{}`.\n\n`cargo xtask experiments` computes all numbers \
          and figures; with `--fit` it also finds the missing effect and its constants again.\n",
