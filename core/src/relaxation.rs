@@ -131,11 +131,6 @@ impl<T: Scalar> Relaxation<T> {
     pub fn is_some(&self) -> bool {
         self.branches.iter().any(|branch| branch.share != T::of(0.0))
     }
-
-    /// Stiffness of a ramp that takes no time over that of one that takes for ever: 1 plus all shares.
-    pub fn instantaneous(&self) -> T {
-        self.branches.iter().fold(T::of(1.0), |sum, branch| sum + branch.share)
-    }
 }
 
 /// How far the memory of the branches lies behind.

@@ -189,7 +189,9 @@ impl<T: Elementary> Pad<'_, T> {
         equations.residual(&state.bulk, &mut active)
     }
 
-    /// Energy stored after the last step, mJ; of tissue that relaxes the part that stays when it has relaxed.
+    /// Energy stored after the last step, mJ.
+    ///
+    /// Tissue that relaxes stores more. This is the part that it keeps when it has relaxed at the present place.
     pub fn energy_mj<const P: usize, M: Memory<P, T>>(&self, state: &PadState<P, T, M>, body: &impl Surface<T>) -> T {
         let mut sum = T::of(0.0);
         let blunt = self.blunted(body);

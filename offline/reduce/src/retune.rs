@@ -104,7 +104,7 @@ fn bed_in(mut data: Data, units: &Units) -> Data {
 /// [`fingerpad::pad::Pad::tuned`]. Bands differ a little, because they grow above the same depth in mm in every model.
 ///
 /// # Errors
-/// [`ReduceError::Model`] for a factor outside its range.
+/// [`ReduceError::Model`] for a factor outside its range, and for a pad whose tissue relaxes.
 pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
     let file = file.file().without_branches()?;
     file.pad.tuned(*tuning)?;
