@@ -114,7 +114,7 @@
 // Patches of the usual pad.
 #define FEW 37
 
-// Most patches of a pad, two more than the program `fingerpad pad` makes at most.
+// Most patches of a pad, two more than the program `fingerpad finger` makes at most.
 #define FINGERPAD_PATCHES_MAX 64
 
 // A plane: the value of `kind` in a body.

@@ -11,7 +11,7 @@ use crate::pointer::{exclusive, items, shared, write};
 
 /// Patches of the usual pad.
 pub const FEW: usize = 37;
-/// Most patches of a pad, two more than the program `fingerpad pad` makes at most.
+/// Most patches of a pad, two more than the program `fingerpad finger` makes at most.
 pub const FINGERPAD_PATCHES_MAX: usize = 64;
 
 /// A plane: the value of `kind` in a body.

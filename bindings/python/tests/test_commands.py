@@ -185,13 +185,28 @@ def test_identify(root: Path, tmp_path: Path) -> None:
     assert again.report == found.report and "finished before" in again.text and time.monotonic() - start < 10
 
 
-def test_reduce_refuses_as_the_command_does(tmp_path: Path) -> None:
+def test_finger_refuses_as_the_command_does(tmp_path: Path) -> None:
     (tmp_path / "runs").mkdir()
-    done = wheel_program("reduce", "--runs", tmp_path / "runs", "--out", tmp_path / "model.fpm")
+    done = wheel_program("finger", "--design", "stored", "--runs", tmp_path / "runs", "--out", tmp_path / "made")
     assert done.returncode == 2
     with pytest.raises(InputError) as error:
-        fingerpad.reduce(tmp_path / "runs")
+        fingerpad.finger(design="stored", runs=tmp_path / "runs", out=tmp_path / "made")
     assert done.stderr.strip() == f"error: {error.value}"
+
+
+def test_a_robots_fingertip_from_its_dimensions(tmp_path: Path) -> None:
+    """Coulomb's law comes back from pad and bed; runs that are there are not repeated."""
+    tip: Any = {"shape": "dome:10,5", "young_mpa": 0.1, "mu": 0.8, "mesh_preset": "coarse", "out": tmp_path}
+    made = fingerpad.finger(**tip)
+    assert made.pad is not None and made.bed is not None and made.report is not None
+    for model in (made.pad, made.bed):
+        contact = fingerpad.Finger(model)
+        for _ in range(10):
+            contact.step(0.8)
+        for _ in range(400):
+            last = contact.step(0.8, 0.02)
+        assert abs(last.friction_x_n / last.normal_force_n / 0.8 - 1.0) < 0.01
+    assert "21 of 21 paths are there" in fingerpad.finger(**tip, only="pad").text
 
 
 def test_errors_have_the_text_of_the_command_line(root: Path, tmp_path: Path) -> None:
@@ -256,7 +271,7 @@ def test_ctrl_c_stops_what_keeps_nothing(root: Path) -> None:
     start = time.monotonic()
     interrupt_after(1.0)
     with pytest.raises(Interrupted):
-        fingerpad.reduce(restarts=100)
+        fingerpad.finger(design="stored", only="bed", restarts=100)
     assert time.monotonic() - start < 6
 
 

@@ -13,7 +13,7 @@ import pytest
 from fingerpad import _native
 
 #: Calls that run the program.
-COMMANDS = re.compile(r"fingerpad\.(simulate|identify|reduce|diagnose)")
+COMMANDS = re.compile(r"fingerpad\.(simulate|identify|finger|diagnose)")
 
 
 @pytest.mark.parametrize("page", ["docs/my-python.md", "bindings/python/README.md"])

@@ -118,7 +118,7 @@ def test_no_program_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         lambda: fingerpad.simulate(frame),
         lambda: fingerpad.diagnose(frame, frame),
         lambda: fingerpad.identify(frame),
-        lambda: fingerpad.reduce(),
+        lambda: fingerpad.finger(),
     ]
     for command in commands:
         with pytest.raises(InputError, match="the program fingerpad was not found: .* FINGERPAD_PROGRAM is not set.*cargo install"):

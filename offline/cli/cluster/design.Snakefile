@@ -2,8 +2,8 @@
 #
 #   snakemake --snakefile offline/cli/cluster/design.Snakefile --cores 8 --config runs=/scratch/runs shares=8
 #
-# runs: folder of the runs; shares: number of shares; fingerpad: the program (default: found in PATH); options: more
-# options of `fingerpad reduce --design`, one string, the same for every share; jobs: threads of each share.
+# runs: folder of the models, the runs go to runs/ in it; shares: number of shares; fingerpad: the program (default: found in PATH); options: more
+# options of `fingerpad finger`, one string, the same for every share; jobs: threads of each share.
 # A share that was killed goes on, when the workflow is started again, with the paths that it had not finished.
 # On a cluster give snakemake an executor, e.g. --executor slurm --jobs 50.
 from pathlib import Path
@@ -27,7 +27,7 @@ rule share:
         touch(DONE / "{index}_of_{of}"),
     threads: int(config.get("jobs", 1))
     shell:
-        "{PROGRAM:q} reduce --design --runs {RUNS:q} --task {wildcards.index}/{wildcards.of} --jobs {threads} {OPTIONS}"
+        "{PROGRAM:q} finger --design full --out {RUNS:q} --task {wildcards.index}/{wildcards.of} --jobs {threads} {OPTIONS}"
 
 
 rule complete:
@@ -36,4 +36,4 @@ rule complete:
     output:
         DONE / "complete.txt",
     shell:
-        "{PROGRAM:q} reduce --design --runs {RUNS:q} --check {OPTIONS} > {output:q}"
+        "{PROGRAM:q} finger --design full --out {RUNS:q} --check {OPTIONS} > {output:q}"

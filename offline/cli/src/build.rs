@@ -15,7 +15,7 @@ use fingerpad_formats::atomic_write;
 use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::build_model::{compare_shipped, print_reduced, reduction};
+use super::against_shipped::{compare_shipped, print_reduced};
 use super::config::ConfigFile;
 use super::{
     Bars, Failure, Model, Outputs, bar, go_on, keeping, make_finger_for, progress, provenance, results, run_failure,
@@ -29,7 +29,6 @@ Examples:
   fingerpad build                                   everything with its defaults, into out/
   fingerpad build --mesh-preset coarse --out quick  in seconds
   fingerpad build --shape a --config fixed.toml --out a_fixed
-  fingerpad build --fit                             and fits a reduced model
   fingerpad build --print-config > my.toml          all settings with their defaults
 
 The forces at the four depths are compared with the measured table. If shape, tissue and friction law are those of the
@@ -40,23 +39,10 @@ pub struct Args {
     model: Model,
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
-    pub(super) out: PathBuf,
-    /// Fit a reduced model, DIR/model.fpm, to stored runs of these settings; without such runs, make pad.fpm and model.fpm as
-    /// `finger` does (minutes)
-    #[arg(long)]
-    pub(super) fit: bool,
-    /// Run everything again, finished runs included, with the whole design of experiments behind the reduced model (407
-    /// paths: minutes on the coarse mesh, hours on the default one; an interrupted run resumes), and fit the model to
-    /// it
-    #[arg(long)]
-    pub(super) full: bool,
-    /// Folder of the stored runs of --fit; used if the settings are theirs [default: the shipped runs, of the default
-    /// settings]
-    #[arg(long, value_name = "DIR", requires = "fit")]
-    pub(super) runs: Option<PathBuf>,
+    out: PathBuf,
     /// Threads; each depth runs on one [default: the machine's]
     #[arg(long, value_name = "N", value_parser = super::jobs)]
-    pub(super) jobs: Option<usize>,
+    jobs: Option<usize>,
     /// Measured table to compare with (CSV) [default: Table 1 of Yoshida et al. 2011]
     #[arg(long, value_name = "TABLE.csv")]
     table: Option<PathBuf>,
@@ -83,19 +69,8 @@ struct Stored<T> {
 }
 
 /// Names of the files in the folder of results.
-const NAMES: &[&str] = &[
-    "run.json",
-    "report.json",
-    "report.html",
-    "model.fpm",
-    "pad.fpm",
-    "mesh.vtu",
-    "runs/",
-    "design/",
-    "figures/",
-    "responses/",
-    "fields/",
-];
+const NAMES: &[&str] =
+    &["run.json", "report.json", "report.html", "mesh.vtu", "runs/", "figures/", "responses/", "fields/"];
 
 const TABLE_1: &str = include_str!("../data/yoshida2011.csv");
 
@@ -110,17 +85,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let table = read_table(args.table.as_deref())?;
-    if args.fit && !args.full {
-        // A folder that cannot be read is refused now, not after minutes.
-        super::reduce::read_runs(args.runs.as_deref())?;
-    }
     let inputs = args.model.inputs(&config).into_iter().chain([("--table", args.table.as_deref())]);
     Outputs::beside(inputs).folder("--out", &args.out, NAMES).prepare()?;
     let (finger, touch) = make_finger_for(&config, &[&config.experiment.deepest_press()])?;
     let quality = mesh::quality(&finger.mesh);
     config.check_depths(&config.experiment.depths_mm, &finger)?;
     let hash = config.hash()?;
-    let folder = claim(&args.out, &config, &hash, args.full)?;
+    let folder = claim(&args.out, &config, &hash)?;
     let mesh_s = start.elapsed().as_secs_f64();
     println!(
         "shape {}, {} bones, {} nodes, {} hexes, {} free dofs; settings {hash}",
@@ -144,9 +115,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ),
     }
     println!("{:.1} s; see {}", start.elapsed().as_secs_f64(), args.out.join("report.html").display());
-    if args.fit || args.full {
-        reduction(args, &config, &design)?;
-    }
     Ok(())
 }
 
@@ -162,7 +130,7 @@ fn read_table(path: Option<&Path>) -> Result<Vec<fingerpad_identify::table_csv::
 }
 
 /// Takes the folder for these settings; returns the folder of the finished pieces.
-fn claim(out: &Path, config: &Config, hash: &str, full: bool) -> Result<PathBuf, Failure> {
+fn claim(out: &Path, config: &Config, hash: &str) -> Result<PathBuf, Failure> {
     let runs = out.join("runs");
     let claimed = || -> anyhow::Result<()> {
         fs::create_dir_all(&runs).with_context(|| format!("{}", runs.display()))?;
@@ -188,11 +156,6 @@ fn claim(out: &Path, config: &Config, hash: &str, full: bool) -> Result<PathBuf,
         };
         let text = serde_json::to_string_pretty(&identity)? + "\n";
         atomic_write(&identity_file, |w| w.write_all(text.as_bytes()))?;
-        if full {
-            for entry in fs::read_dir(&runs)? {
-                fs::remove_file(entry?.path())?;
-            }
-        }
         Ok(())
     };
     claimed().map_err(Failure::Input)?;

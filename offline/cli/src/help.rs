@@ -15,9 +15,12 @@ const INDENT: &str = "      ";
 pub fn laid_out(command: Command) -> Command {
     let names: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
     names.into_iter().fold(command, |command, name| {
-        command.mut_subcommand(name, |of| match of.get_after_help().map(ToString::to_string) {
-            Some(text) => of.after_help(blocks(&text)),
-            None => of,
+        command.mut_subcommand(name, |of| {
+            let of = laid_out(of);
+            match of.get_after_help().map(ToString::to_string) {
+                Some(text) => of.after_help(blocks(&text)),
+                None => of,
+            }
         })
     })
 }

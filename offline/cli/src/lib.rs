@@ -18,13 +18,11 @@ macro_rules! eprintln {
     ($($what:tt)*) => { $crate::say(&mut std::io::stderr(), format_args!("{}\n", format_args!($($what)*))) };
 }
 
-mod bed;
+mod against_shipped;
 mod build;
-mod build_model;
 mod conditions;
 mod config;
 mod confirm;
-mod design;
 mod diagnose;
 mod diagnose_table;
 mod eval;
@@ -37,17 +35,15 @@ mod mesh;
 mod model;
 mod observe;
 mod outputs;
-mod pad;
 mod phantom;
 mod plausibility;
 mod probes;
 mod progress;
 mod provenance;
-mod reduce;
 mod results;
-mod retune;
 mod rigid_body;
 mod simulate;
+mod tip_flags;
 
 use std::{
     ffi::OsString,
@@ -90,16 +86,8 @@ enum Command {
     Diagnose(Box<diagnose::Args>),
     /// Write the fingertip's mesh, or the whole problem for another program
     Mesh(mesh::Args),
-    /// Make the model file of your finger: runs of a design of experiments, fit, report
-    Finger(finger::Args),
-    /// Fit the reduced model to finite-element runs, or make these runs
-    Reduce(reduce::Args),
-    /// Make the pad of a finger: the reduced model for every pose, every rigid body and the forces of a hand
-    Pad(pad::Args),
-    /// Make a bed of springs from a pad, in any pose
-    Bed(bed::Args),
-    /// Write a model for another finger: its size, stiffness and friction over those of the fitted one
-    Retune(retune::Args),
+    /// Make the models of your finger: runs, fits, report; a bed in another pose; another size or stiffness
+    Finger(Box<finger::Args>),
     /// Follow a path of the plane with the reduced model
     Eval(eval::Args),
     /// Write a model as a Rust constant, a C array or JSON
@@ -114,7 +102,7 @@ struct Model {
     /// Configuration file (TOML); absent keys have their defaults
     #[arg(long, value_name = "F.toml")]
     config: Option<PathBuf>,
-    /// Shape: a, b, d, e, base, or a geometry file
+    /// Shape: a, b, d, e, base, a geometry file, or dimensions in mm (dome:RADIUS,CORE, flat:LENGTH,WIDTH,THICKNESS)
     #[arg(long, value_name = "NAME|F.toml")]
     shape: Option<String>,
     /// Labelled volume (.nrrd, .nii, .nii.gz) in place of a shape; its settings are under [volume] in --config
@@ -126,6 +114,8 @@ struct Model {
     /// Resolution of the mesh
     #[arg(long, value_name = "PRESET")]
     mesh_preset: Option<Preset>,
+    #[command(flatten)]
+    tip: tip_flags::TipFlags,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -193,6 +183,7 @@ impl Model {
             Some(Preset::Fine) => config.mesh_preset = MeshPreset::Fine,
             None => {}
         }
+        self.tip.put(&mut config, self.config.is_some())?;
         plausibility::warn_of_stiffness(&config.tissue);
         Ok((config, identify, design))
     }
@@ -252,10 +243,6 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Mesh(args) => mesh::run(&args),
         Command::Finger(args) => finger::run(&args),
-        Command::Reduce(args) => reduce::run(&args),
-        Command::Pad(args) => pad::run(&args),
-        Command::Bed(args) => bed::run(&args),
-        Command::Retune(args) => retune::run(&args),
         Command::Eval(args) => eval::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Phantom(args) => phantom::run(&args),

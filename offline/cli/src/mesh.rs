@@ -192,15 +192,8 @@ fn print_quality(finger: &Finger, quality: &QualityReport, curvature_radius_mm: 
         curvature_radius_mm
     );
     for (region, q) in &quality.regions {
-        let name = match region {
-            Region::Skin => "skin",
-            Region::Subcutaneous => "subcutaneous",
-            Region::DistalBone => "distal bone",
-            Region::ProximalBone => "proximal bone",
-            Region::Nail => "nail",
-            Region::Soft(_) => finger.mesh.region_name(*region),
-        };
-        println!("{name:>14}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
+        let name = finger.mesh.region_label(*region);
+        println!("{name:>19}: {:>6} elements, {:>8.1} mm³", q.hexes + q.tets, q.volume_mm3);
     }
 }
 

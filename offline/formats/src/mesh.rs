@@ -159,6 +159,23 @@ impl Mesh {
         }
     }
 
+    /// The same in words for people. Without a held nail the mesh is no finger, and its layers are not called skin and bone.
+    pub fn region_label(&self, region: Region) -> &str {
+        let is_finger = !self.node_set(set::NAIL_FIX).is_empty();
+        match region {
+            Region::Skin if is_finger => "skin",
+            Region::Skin => "outer layer",
+            Region::Subcutaneous if is_finger => "subcutaneous tissue",
+            Region::Subcutaneous => "soft material",
+            Region::DistalBone if is_finger => "distal phalanx",
+            Region::DistalBone => "core",
+            Region::ProximalBone if is_finger => "second bone",
+            Region::ProximalBone => "core at the mount",
+            Region::Nail => "nail",
+            Region::Soft(_) => self.region_name(region),
+        }
+    }
+
     /// Nodes of the named set; empty if there is no such set.
     pub fn node_set(&self, name: &str) -> &[u32] {
         self.node_sets.get(name).map_or(&[], Vec::as_slice)

@@ -118,12 +118,50 @@ impl Default for FingertipShape {
     }
 }
 
+/// What the name of a dome by its dimensions begins with.
+const DOME: &str = "dome:";
+
+/// The numbers behind `prefix` in the name of a shape by its dimensions, mm; None for another name.
+///
+/// * `names`: what each number is, the first `least` of them needed
+pub(super) fn dimensions(
+    name: &str,
+    prefix: &str,
+    names: &[&str],
+    least: usize,
+) -> Result<Option<Vec<f64>>, MeshError> {
+    let Some(text) = name.strip_prefix(prefix) else { return Ok(None) };
+    let refuse = |message: String| Err(MeshError::ShapeFile { name: name.into(), message });
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    if !(least..=names.len()).contains(&parts.len()) {
+        return refuse(format!("{} numbers, but there must be {}", parts.len(), names.join(", ")));
+    }
+    let mut numbers = Vec::new();
+    for (part, what) in parts.into_iter().zip(names) {
+        match part.parse::<f64>() {
+            Ok(number) if number > 0.0 && number.is_finite() => numbers.push(number),
+            _ => return refuse(format!("{what} `{part}`: must be a positive number of mm")),
+        }
+    }
+    Ok(Some(numbers))
+}
+
 impl FingertipShape {
     /// Names of the built-in shapes.
     pub const NAMES: [&str; 5] = ["a", "b", "d", "e", "base"];
 
-    /// One of the built-in shapes, by name.
+    /// Whether a name states a shape, a built-in one or one by its dimensions, and no file.
+    pub fn is_name(name: &str) -> bool {
+        Self::NAMES.contains(&name) || name.starts_with(DOME)
+    }
+
+    /// One of the built-in shapes by name, or a dome by its dimensions, as `dome:12,7` or `dome:12,7,30`: radius, radius of the core, length.
     pub fn named(name: &str) -> Result<Self, MeshError> {
+        if let Some(numbers) = dimensions(name, DOME, &["radius", "radius of the core", "length"], 2)? {
+            let length_mm = numbers.get(2).copied().unwrap_or(2.0 * numbers[0]);
+            return Self::dome(numbers[0], numbers[1], length_mm)
+                .map_err(|error| MeshError::ShapeFile { name: name.into(), message: error.to_string() });
+        }
         let text = match name {
             "a" => include_str!("../data/geometry/a.toml"),
             "b" => include_str!("../data/geometry/b.toml"),
@@ -131,11 +169,58 @@ impl FingertipShape {
             "e" => include_str!("../data/geometry/e.toml"),
             "base" => include_str!("../data/geometry/base.toml"),
             _ => {
-                let message = format!("no such shape; there are {}", Self::NAMES.join(", "));
+                let names = Self::NAMES.join(", ");
+                let message = format!(
+                    "no such shape; there are {names}, and dome:RADIUS,CORE and flat:LENGTH,WIDTH,THICKNESS in mm"
+                );
                 return Err(MeshError::ShapeFile { name: name.into(), message });
             }
         };
         Self::from_toml(name, text)
+    }
+
+    /// A cylinder with a half-sphere at its end on a core of the same form, the fingertip of many robots; no nail.
+    ///
+    /// * `core_mm`: radius of the core; the soft layer is as thick as the difference
+    ///
+    /// # Errors
+    /// [`MeshError::Shape`] with the number that is out of range.
+    pub fn dome(radius_mm: f64, core_mm: f64, length_mm: f64) -> Result<Self, MeshError> {
+        let layer_mm = radius_mm - core_mm;
+        need(layer_mm > 0.02 * radius_mm, "core_mm", core_mm, || format!("must leave a layer under {radius_mm} mm"))?;
+        need(length_mm >= 1.5 * radius_mm, "length_mm", length_mm, || {
+            format!("must be at least {} mm", 1.5 * radius_mm)
+        })?;
+        let shape = Self {
+            half_width_mm: radius_mm,
+            half_thickness_mm: radius_mm,
+            length_mm,
+            cap_length_mm: radius_mm,
+            section_exponent: 2.0,
+            profile_exponent: 2.0,
+            taper_slope: 0.0,
+            taper_start_mm: radius_mm,
+            taper_blend_mm: 0.5 * radius_mm,
+            skin_thickness_mm: 0.15 * layer_mm,
+            bone_half_width_mm: core_mm,
+            bone_half_thickness_mm: core_mm,
+            bone_cap_length_mm: core_mm,
+            bone_section_exponent: 2.0,
+            bone_profile_exponent: 2.0,
+            bone_dorsal_offset_mm: 0.0,
+            bone_distal_clearance_mm: layer_mm,
+            joint_start_mm: 0.375 * radius_mm,
+            joint_end_mm: 0.5 * radius_mm,
+            nail: Nail::None,
+            nail_start_mm: 0.5 * radius_mm,
+            nail_end_mm: 0.75 * radius_mm,
+            nail_half_angle_deg: 10.0,
+            nail_thickness_mm: 0.5,
+            pad_height_mm: layer_mm + 0.5,
+            inclination_deg: 45.0,
+        };
+        shape.validate()?;
+        Ok(shape)
     }
 
     /// Parses and checks the text of a geometry file; `name` is for the error message.

@@ -17,6 +17,9 @@ const BINS: usize = 5;
 /// Least half-width of the normal force, N; far above the rounding of the file's numbers.
 const NORMAL_FLOOR_N: f64 = 2e-4;
 
+/// Widest band of friction, share of the limit: a bed so wrong has no use, and the core takes no wider one.
+const WIDEST: f64 = 10.0;
+
 /// Shares of rows that lie within the band.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
@@ -145,7 +148,7 @@ impl Band {
         }
         [params.band_normal_middle, params.band_normal_slip] = self.normal_shape.map(|f| f as f32);
         [params.band_friction_stick, params.band_friction_middle, params.band_friction_slip] =
-            self.friction.map(|f| f as f32);
+            self.friction.map(|share| share.min(WIDEST) as f32);
     }
 }
 

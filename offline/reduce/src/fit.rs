@@ -159,10 +159,10 @@ pub fn fit<const M: usize, const N: usize>(
     Ok(Fitted { params, theta: stages.theta, cost: stages.cost, evaluations: stages.evaluations, ended })
 }
 
-/// Largest reduction of the coupling between depth and slide at a depth for passivity, share of the fitted coupling.
-const GIVEN_UP: f64 = 0.9;
-/// Reduction in one iteration.
+/// Reduction of the coupling between depth and slide in one iteration, share of the fitted coupling.
 const PART: f64 = 0.01;
+/// Least share of it that a reduction around some depths keeps. A larger reduction is the same at all depths.
+const LEAST_KEPT: f64 = 0.1;
 /// Number of nodes to either side of a node that is not passive over which the reduction decreases to 0. It keeps the curves smooth.
 const NEIGHBOURS: usize = 6;
 
@@ -188,20 +188,20 @@ fn passive_shares<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) 
             let away = node.abs_diff(beyond) as f64 / NEIGHBOURS as f64;
             *kept *= 1.0 - PART * (1.0 - away * away).max(0.0);
         }
-        if kept.iter().any(|kept| *kept < 1.0 - GIVEN_UP) {
+        if kept.iter().any(|kept| *kept < LEAST_KEPT) {
             return evenly(params);
         }
     }
 }
 
-/// The same with an equal reduction at all depths, which keeps the shape of all curves.
+/// The same with an equal reduction at all depths, which keeps the shape of all curves. A bed without coupling is passive.
 fn evenly<const M: usize, const N: usize>(params: &ParamsOf<M, N, f64>) -> Result<[f64; N], Error> {
     let mut share = PART;
     loop {
-        let kept = [1.0 - share; N];
+        let kept = [(1.0 - share).max(0.0); N];
         match rounded(&less_coupled(params, &kept)).validate() {
             Ok(()) => return Ok(kept),
-            Err(Error::NotPassive { .. }) if share < GIVEN_UP => share += PART,
+            Err(Error::NotPassive { .. }) if share < 1.0 => share += PART,
             Err(error) => return Err(error),
         }
     }
@@ -358,10 +358,10 @@ mod tests {
         assert_eq!(found.nodes[..15], rounded(&coupled).nodes[..15]);
         assert!(found.nodes[30].press_coupling.abs() > 0.5 * coupled.nodes[30].press_coupling.abs() as f32);
         let kept = evenly(&coupled).unwrap();
-        let is_even = kept.iter().all(|share| *share == kept[0]) && kept[0] < 1.0 && kept[0] >= 1.0 - GIVEN_UP;
+        let is_even = kept.iter().all(|share| *share == kept[0]) && kept[0] < 1.0 && kept[0] > 0.0;
         assert!(rounded(&less_coupled(&coupled, &kept)).validate().is_ok() && is_even, "{kept:?}");
-        // A fit that needs more than the largest reduction is refused.
+        // However strong the coupling is, a passive bed is left.
         coupled.nodes.iter_mut().for_each(|node| node.press_coupling = 5.0);
-        assert!(matches!(accepted(&coupled), Err(Error::NotPassive { .. })));
+        assert!(accepted(&coupled).unwrap().1 > 0.5);
     }
 }

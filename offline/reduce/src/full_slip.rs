@@ -25,6 +25,8 @@ const LOADED: f64 = 0.01;
 const PRIOR: [f64; 3] = [0.0, 0.02, 0.2];
 /// Iterations at a depth; the normal force depends on friction.
 const ROUNDS: usize = 12;
+/// Largest factor on the yield slides of a fit.
+const LONGEST: f64 = 100.0;
 /// Bounds of the tilt of a limit and of the strength ratio, within those of the core.
 const TILT: f64 = 0.249;
 const RATIO: [f64; 2] = [0.51, 1.95];
@@ -92,8 +94,9 @@ impl FullSlipLaw {
                     break;
                 }
                 let [slope_x, slope_y] = node.stiffness_slope_n_mm2;
-                // Yield slides ahead, back and across, over those of the fit.
-                let mut slides = [1.0, 1.0, 1.0];
+                // Yield slides ahead, back and across, over those of the fit. From 0 the search ends at the least of its roots: with
+                // friction the normal force rises, and with it the limit.
+                let mut slides = [0.0; 3];
                 for _ in 0..ROUNDS {
                     let [ahead, back, across] = slides;
                     let along = |slide: f64| slide * (first - q * slide * second);
@@ -109,7 +112,8 @@ impl FullSlipLaw {
                         let under = (first * first - 4.0 * q * second * target).max(0.0);
                         2.0 * target / (first + under.sqrt())
                     };
-                    slides = [root(target(0), q), root(target(1), -q), target(2) / first];
+                    slides =
+                        [root(target(0), q), root(target(1), -q), target(2) / first].map(|slide| slide.min(LONGEST));
                 }
                 let [ahead, back, across] = slides;
                 let scale = (ahead * back).sqrt();

@@ -15,7 +15,7 @@ fn power_law(points: &[(f64, f64)], what: &str) -> Result<[f64; 2], ReduceError>
     let exponent = (n * sxy - sx * sy) / (n * sxx - sx * sx);
     if !(logs.len() >= 3 && exponent.is_finite()) {
         return Err(ReduceError::Runs(format!(
-            "{} points of different depth for {what}; at least 3 are needed: make the runs with --design",
+            "{} points of different depth for {what}; at least 3 are needed: run more of the design (--design full)",
             logs.len()
         )));
     }
@@ -60,7 +60,7 @@ pub fn initial_guess(runs: &[&Run]) -> Result<InitialGuess, ReduceError> {
             below_limit.push((depth, friction));
         }
     }
-    if limit.len() < 3 {
+    if limit.len() < 3 || power_law(&limit, "").is_err() {
         // Slides that end too early still give the exponent of the limit; the fit corrects the factor.
         limit.append(&mut below_limit);
     }

@@ -104,21 +104,13 @@ impl MeshView {
             deformed = Some((depth, slide));
         }
         scenes.push(Scene::from_below(mesh, &faces));
-        let regions = [
-            (Region::Skin, "skin"),
-            (Region::Subcutaneous, "subcutaneous tissue"),
-            (Region::DistalBone, "distal phalanx"),
-            (Region::ProximalBone, "second bone"),
-            (Region::Nail, "nail"),
-        ];
-        let has = |region: Region| mesh.elements().any(|(_, of)| of == region);
-        let soft = mesh.regions().into_iter().filter(|(region, _)| matches!(region, Region::Soft(_)));
-        let mut regions: Vec<_> = regions
-            .into_iter()
-            .chain(soft)
-            .filter(|r| has(r.0))
-            .map(|(region, name)| (colour(region), name.to_owned()))
-            .collect();
+        let shared = [Region::Skin, Region::Subcutaneous, Region::DistalBone, Region::ProximalBone, Region::Nail];
+        let has = |region: &Region| mesh.elements().any(|(_, of)| of == *region);
+        let named = mesh.regions().into_iter().map(|(region, _)| region);
+        let soft = named.filter(|region| matches!(region, Region::Soft(_)));
+        let regions = shared.into_iter().chain(soft).filter(has);
+        let mut regions: Vec<_> =
+            regions.map(|region| (colour(region), mesh.region_label(region).to_owned())).collect();
         regions.push((PAD, "pad: faces that may touch the plane".into()));
         regions.push((PLANE, "plane, grid of 5 mm".into()));
         Self { scenes, regions, deformed }

@@ -7,16 +7,16 @@ from fingerpad._bodies import Cylinder, Edge, Plane, Sphere
 from fingerpad._commands import (
     Diagnosis,
     Identification,
-    Reduction,
+    Models,
     Simulation,
     diagnose,
     diagnose_forces,
     diagnose_table,
+    finger,
     identify,
-    reduce,
     simulate,
 )
-from fingerpad._errors import Error, InputError, Interrupted, ModelError, NumericsError
+from fingerpad._errors import Error, InputError, Interrupted, ModelError, NotGoodEnough, NumericsError
 from fingerpad._fingers import DRIVEN, EVENT, FORCES, LIMIT, PATCH, PRESSURE_MAP, RESPONSE, SLIP_MAP, Fingers, Regime, Status
 from fingerpad._frames import FRAMES, FrameContacts, Shape, relative_pose
 from fingerpad._limit_surface import LimitSurface, limit_surface
@@ -48,11 +48,12 @@ __all__ = [
     "MarginObserver",
     "Model",
     "ModelError",
+    "Models",
+    "NotGoodEnough",
     "NumericsError",
     "Pad",
     "Plane",
     "Progress",
-    "Reduction",
     "Regime",
     "Response",
     "Shape",
@@ -63,10 +64,10 @@ __all__ = [
     "diagnose",
     "diagnose_forces",
     "diagnose_table",
+    "finger",
     "identify",
     "limit_surface",
     "load",
-    "reduce",
     "relative_pose",
     "simulate",
     "status_words",

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union, final
 
 from fingerpad._errors import InputError
-from fingerpad._native import Model
+from fingerpad._native import Model, Pad
 from fingerpad._program import Progressing, flags, run
 
 if TYPE_CHECKING:
@@ -449,63 +449,76 @@ def identify(
 
 @final
 @dataclass(repr=False)
-class Reduction(_Result):
-    """A reduced model that was fitted to finite-element runs."""
+class Models(_Result):
+    """The reduced models of a finger."""
 
-    model: Model
-    """The model."""
+    pad: Pad | None
+    """The pad; None if it was not asked for or is not usable."""
+    bed: Model | None
+    """The bed of springs; None if it was not asked for or is not usable."""
     report: dict[str, Any] | None
-    """Numbers of the report, if requested."""
+    """Numbers of the bed's report."""
     text: str
-    """Errors of the fit in words."""
+    """Errors and verdict in words."""
     _folder: Folder = field(repr=False)
 
 
-def reduce(
-    runs: Place | None = None,
+def finger(
     *,
     config: Place | None = None,
-    design: bool = False,
     shape: Place | None = None,
     volume: Place | None = None,
     imported: Place | None = None,
     mesh_preset: str | None = None,
+    material: str | None = None,
+    young_mpa: float | None = None,
+    poisson: float | None = None,
+    mu: float | None = None,
+    design: str | None = None,
+    runs: Place | None = None,
+    only: str | None = None,
+    patches: int | None = None,
     restarts: int | None = None,
-    springs: int | None = None,
-    report: bool = False,
-    curve: bool = False,
+    accept: bool = False,
     jobs: int | None = None,
     out: Place | None = None,
-    force: bool = False,
     progress: Progressing = None,
-) -> Reduction:
-    """Fits the reduced model to finite-element runs; `fingerpad reduce`.
+) -> Models:
+    """Makes the pad and the bed of springs of a finger from finite-element runs; `fingerpad finger`.
 
-    runs: folder of the runs, those that ship with the program without. design: run first what the folder lacks of the design
-    of experiments, which takes hours; finished paths are kept there. restarts: fits from beside the best one so far.
-    springs: 4 or 6. report: draw it into report/reduced.html; curve: with the cost of accuracy. out: folder of model.fpm.
-    force: replace a model that is there.
+    shape: a, b, d, e, base, a geometry file, or dimensions in mm: "dome:12,7" (radius, radius of the core) or "flat:20,16,4" (length,
+    width, thickness of a gel on a plate). material: "ecoflex-00-30" and others, or young_mpa and poisson, of all soft tissue. mu: Coulomb
+    friction. design: "quick" (the default), "full", or "stored" for the runs that are there. runs: folder of the runs, which are kept and
+    continued. only: "pad" or "bed". accept: write models that are not usable too. out: folder of everything.
 
-    Raises InputError, NumericsError, Interrupted.
+    Raises InputError, NumericsError, NotGoodEnough, Interrupted.
     """
     folder = Folder(out)
     options = {
-        "runs": runs,
-        "out": folder.path / "model.fpm",
+        "out": folder.path,
         "config": config,
-        "design": design,
         "shape": shape,
         "volume": volume,
         "imported": imported,
         "mesh_preset": mesh_preset,
+        "material": material,
+        "young_mpa": young_mpa,
+        "poisson": poisson,
+        "mu": mu,
+        "design": design,
+        "runs": runs,
+        "only": only,
+        "patches": patches,
         "restarts": restarts,
-        "springs": springs,
-        "report": folder.path / "report" if report else None,
-        "curve": curve,
+        "accept": accept,
         "jobs": jobs,
-        "force": force,
     }
-    text = folder.run("reduce", options, progress)
-    numbers = _json(folder.path / "report/reduced.json") if report else None
-    model = Model.from_file(folder.path / "model.fpm")
-    return Reduction(model=model, report=numbers, text=text, _folder=folder)
+    text = folder.run("finger", options, progress)
+    pad, bed, report = (folder.path / name for name in ("pad.fpm", "model.fpm", "reduced.json"))
+    return Models(
+        pad=Pad.from_file(pad) if pad.exists() else None,
+        bed=Model.from_file(bed) if bed.exists() else None,
+        report=_json(report) if report.exists() else None,
+        text=text,
+        _folder=folder,
+    )

@@ -19,5 +19,9 @@ class NumericsError(Error, ArithmeticError):
     """The numerics failed: no equilibrium, no fit. The program ends with exit code 3 for it."""
 
 
+class NotGoodEnough(NumericsError):
+    """A model was made and is not good enough. The program ends with exit code 4 for it."""
+
+
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C, or a progress callback that raised it, during a computation. The text names the results that are kept and their place."""

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, Union
 
 from fingerpad import _native
-from fingerpad._errors import InputError, Interrupted, NumericsError
+from fingerpad._errors import InputError, Interrupted, NotGoodEnough, NumericsError
 
 #: Script of the child: the compiled part by its file, the time between lines of progress in s, the program's words.
 CHILD = """
@@ -44,7 +44,7 @@ MISSING = (
 #: How long an interrupted computation may take to save its results, s.
 SAVE_WITHIN_S = 10.0
 #: Exit codes of the program.
-BAD_INPUT, NUMERICS, INTERRUPTED = 2, 3, 130
+BAD_INPUT, NUMERICS, NOT_GOOD_ENOUGH, INTERRUPTED = 2, 3, 4, 130
 
 SHARE = re.compile(r"(?P<what>[^:]+): (?P<percent>\d+) %(?:, (?P<message>.*))?")
 SECONDS = re.compile(r"(?P<what>.+): \d+ s")
@@ -186,6 +186,8 @@ def _fail(code: int, messages: list[str]) -> NoReturn:
         raise InputError(text)
     if code == INTERRUPTED:
         raise Interrupted(_after("interrupted: ", messages))
+    if code == NOT_GOOD_ENOUGH:
+        raise NotGoodEnough(text)
     raise NumericsError(text if code == NUMERICS else f"{text} (exit code {code})")
 
 

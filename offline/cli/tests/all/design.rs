@@ -1,4 +1,4 @@
-//! `reduce --design`: a design that is killed, goes on in shares and is checked.
+//! `finger --design full`: a design that is killed, goes on in shares and is checked.
 
 use std::fs;
 use std::time::{Duration, Instant};
@@ -24,7 +24,7 @@ fn runs(folder: &Folder, inside: &str) -> Vec<String> {
 #[test]
 fn a_killed_design_goes_on_in_shares() {
     let folder = Folder::with(&[("few.toml", FEW)]);
-    let design = "reduce --design --config few.toml --jobs 1 --runs";
+    let design = "finger --design full --config few.toml --jobs 1 --out f --runs";
     let mut child = folder.command(&format!("{design} a")).spawn().unwrap();
     let started = Instant::now();
     while runs(&folder, "a").len() < 2 {
@@ -50,7 +50,7 @@ fn a_killed_design_goes_on_in_shares() {
     assert!(stdout.contains("9 of 9 paths are there, 0 ended early"), "{stdout}");
 
     // The vibrations share press and slide in one go, which the killed and shared design did in parts.
-    folder.done(&format!("{design} b"));
+    folder.done(&format!("{design} b --task 1/1"));
     assert_eq!(runs(&folder, "a"), runs(&folder, "b"));
     let read = |inside: &str, name: &str| {
         let run = Run::from_bytes(&folder.bytes(&format!("{inside}/{name}")), &folder.path(name)).unwrap();

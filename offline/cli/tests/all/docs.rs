@@ -21,8 +21,8 @@ const LONG: &[(&str, &str)] = &[
     ("fingerpad identify --data data/yoshida2011.csv --joint", "the default mesh: minutes of CPU"),
     ("fingerpad identify --data data/yoshida2011.csv --force-zero", "seven calibrations: a minute of CPU"),
     ("fingerpad identify --published", "the default mesh: a minute of CPU"),
-    ("fingerpad reduce", "hundreds of finite-element paths, or their fit"),
-    ("fingerpad pad --patches 24", "the fit of a pad: a minute of CPU"),
+    ("fingerpad finger --design full", "hundreds of finite-element paths"),
+    ("fingerpad finger --design stored", "the fit of a bed or a pad: minutes of CPU"),
     ("fingerpad finger --config data/silicone.toml --mesh-preset coarse --out silicone", "three minutes of CPU"),
     (
         "fingerpad diagnose --calibration data/examples/calibration.csv --measured data/examples/measured.csv --confirm-fe",

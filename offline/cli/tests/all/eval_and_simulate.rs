@@ -249,7 +249,7 @@ fn an_output_replaces_only_what_the_same_command_wrote() {
         ("s.csv", SIMULATE),
         ("m.rs", "export --format rust"),
         ("m.json", "export --format json"),
-        ("", "reduce --restarts 0"),
+        ("", "finger bed"),
     ]);
 }
 

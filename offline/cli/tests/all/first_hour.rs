@@ -141,7 +141,7 @@ fn our_own_deck_is_imported_without_its_plane() {
     }
     let region = |text: &str, name: &str| text.lines().find(|l| l.trim_start().starts_with(name)).unwrap().to_owned();
     let (direct, _) = folder.done("mesh --mesh-preset coarse --out direct.vtu");
-    for name in ["skin:", "subcutaneous:", "nail:"] {
+    for name in ["skin:", "subcutaneous tissue:", "nail:"] {
         assert_eq!(region(&printed, name), region(&direct, name));
     }
     folder.done("mesh --imported deck.inp --out again.inp");
@@ -174,7 +174,7 @@ fn a_run_shows_its_progress_where_there_is_no_terminal() {
     child.wait().unwrap();
 }
 
-/// Every long command ends with 130 soon after an interruption; `reduce` finds the shipped runs from any folder.
+/// Every long command ends with 130 soon after an interruption; `finger` finds the shipped runs from any folder.
 #[test]
 #[cfg(unix)]
 fn signals_end_every_long_command_within_a_second() {
@@ -182,11 +182,11 @@ fn signals_end_every_long_command_within_a_second() {
     folder.write("p.csv", format!("{HEAD}0,0,0,0\n1,1.5,0,0\n3,1.5,60,0\n"));
     for (name, line) in [
         ("-TERM", "simulate --path p.csv --mesh-preset default --out r.csv"),
-        ("-INT", "reduce --out model.fpm"),
+        ("-INT", "finger --design stored --only bed --out made"),
         ("-TERM", "diagnose --calibration c.csv --measured m.csv --confirm-fe --out d"),
         ("-INT", "identify --mesh-preset coarse --out id --jobs 1"),
         ("-TERM", "phantom --voxels 800 700 700 --out p.nrrd"),
-        ("-INT", "reduce --design --mesh-preset coarse --runs runs --jobs 1"),
+        ("-INT", "finger --design full --mesh-preset coarse --out all --jobs 1"),
     ] {
         let mut child = folder.command(line).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(700));
@@ -199,11 +199,11 @@ fn signals_end_every_long_command_within_a_second() {
         assert!(stderr.contains("interrupted"), "{stderr}");
         // A second, and one more for a machine that is busy with other tests.
         assert!(took < Duration::from_secs(2), "{line}: {took:?}");
-        if line.starts_with("reduce --out") {
+        if line.contains("stored") {
             assert!(stdout.contains("262 runs of settings"), "{stdout}");
         }
     }
-    for unfinished in ["r.csv", "model.fpm", "id/report.html", "p.nrrd"] {
+    for unfinished in ["r.csv", "made/model.fpm", "id/report.html", "p.nrrd"] {
         assert!(!folder.exists(unfinished), "{unfinished}");
     }
     let names = folder.names("");

@@ -144,7 +144,7 @@ fn snakemake_does_a_population_study() {
 #[cfg(unix)]
 fn a_job_array_hands_its_share_on() {
     let identify = "identify --data tables dir --out out --jobs 2";
-    let design = "reduce --design --runs my runs --jobs 2";
+    let design = "finger --design full --out my runs --jobs 2";
     for (script, words, printed) in [
         ("fingerpad", &["tables dir", "out", "--fast"][..], format!("{identify} --task 3/8 --fast\n")),
         ("fingerpad", &["tables dir", "out", "--collect"], format!("{identify} --collect\n")),

@@ -56,7 +56,7 @@ fn another_finger_is_a_change_of_units() {
     let folder = models("");
     let (size, stiffness) = (1.25, 2.0);
     for model in ["pad.fpm", "bed.fpm"] {
-        let retune = format!("retune --model {model} --size 1.25 --stiffness 2 --lambda 0.8 --out other.fpm");
+        let retune = format!("finger retune --model {model} --size 1.25 --stiffness 2 --lambda 0.8 --out other.fpm");
         folder.done(&retune);
         assert_eq!(folder.run(&retune).0, Some(2), "a model is not replaced without a request");
         let stroke = |model: &str, size: f64| {
@@ -85,7 +85,7 @@ fn a_bed_in_another_pose_follows_its_pad() {
         "t_s,depth_mm,slide_x_mm,slide_y_mm,spin_deg,pitch_deg\n0,0,0,0,0,40\n1,1.2,0,0,0,40\n\
          2,1.2,1,0.5,0,40\n3,0.8,-1,1,5,40\n4,1.5,-1,3,5,40\n",
     );
-    folder.done("bed --pitch-deg 40 --restarts 0 --out turned.fpm");
+    folder.done("finger bed --pitch-deg 40 --restarts 0 --out turned.fpm");
     let found = ["turned.fpm", "pad.fpm"].map(|model| {
         folder.done(&format!("{EVAL} {model}"));
         ["normal_force_n", "friction_x_n", "friction_y_n"].map(|name| folder.last("r.csv", name))
@@ -100,7 +100,8 @@ fn a_bed_in_another_pose_follows_its_pad() {
 #[ignore = "nightly"]
 fn a_pad_is_made_from_the_runs_that_ship() {
     let folder = Folder::new();
-    let (text, _) = folder.done("pad --patches 12 --fit-runs 4 --patience 1 --out pad.fpm");
+    let (text, _) =
+        folder.done("finger --design stored --only pad --patches 12 --fit-runs 4 --patience 1 --out made --accept");
     assert!(text.contains("combined") && text.contains("within bands %"), "{text}");
-    assert!(folder.exists("pad.fpm"));
+    assert!(folder.exists("made/pad.fpm") && !folder.exists("made/model.fpm"));
 }

@@ -25,7 +25,7 @@ macro_rules! tables {
     };
 }
 
-tables!(build, diagnose, eval, export, identify, mesh, models, places, reduce, simulate);
+tables!(build, diagnose, eval, export, finger, identify, mesh, models, places, simulate);
 
 /// One command, or one for each row.
 #[derive(Default, Deserialize)]

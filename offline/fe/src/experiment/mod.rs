@@ -22,7 +22,7 @@ use sha2::{Digest, Sha256};
 use crate::contact::RubberFriction;
 use crate::load_path::{BoneKind, Clearance, Drive, Finger, Numerics, Path, Problem, Tissue, Waypoint};
 use crate::mesh::{
-    self, Fingertip, FingertipShape, MeshPreset,
+    self, Fingertip, FingertipShape, FlatPad, MeshPreset,
     imported::{ImportReport, ImportedGeometry, RawMesh, imported_fingertip},
     volume::{LabelVolume, VolumeGeometry, VolumeReport, volume_fingertip},
 };
@@ -64,6 +64,14 @@ impl Default for Shape {
     fn default() -> Self {
         Self("e".into())
     }
+}
+
+/// The numbers of a parametric fingertip.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Solid {
+    Shape(Box<FingertipShape>),
+    Flat(FlatPad),
 }
 
 /// Source of a fingertip, and the quality of its import.
@@ -124,7 +132,7 @@ impl Config {
 
     /// Takes the files that the configuration names as standing beside it, in `folder`.
     pub fn relative_to(&mut self, folder: &FilePath) {
-        if !FingertipShape::NAMES.contains(&self.shape.0.as_str()) {
+        if !(FingertipShape::is_name(&self.shape.0) || self.shape.0.starts_with("flat:")) {
             self.shape.0 = folder.join(&self.shape.0).display().to_string();
         }
         let files = [
@@ -146,7 +154,7 @@ impl Config {
     /// # Errors
     /// [`ConfigError::Mesh`] if there is no such shape or its numbers do not make a finger.
     pub fn fingertip_shape(&self) -> Result<FingertipShape, ConfigError> {
-        if FingertipShape::NAMES.contains(&self.shape.0.as_str()) {
+        if FingertipShape::is_name(&self.shape.0) {
             return Ok(FingertipShape::named(&self.shape.0)?);
         }
         let path = PathBuf::from(&self.shape.0);
@@ -178,21 +186,33 @@ impl Config {
                     made.map_err(|e| ConfigError::Volume { path: settings.file.clone(), source: Box::new(e) })?;
                 Ok((made.fingertip, Origin::Volume(Box::new(made.template), made.report)))
             }
-            (None, Some(settings)) => {
-                let soft_regions: Vec<String> = self.tissue.regions.keys().cloned().collect();
-                let made = imported_fingertip(&read_mesh(settings)?, settings, &soft_regions)
-                    .map_err(|e| ConfigError::Import { path: settings.file.clone(), source: Box::new(e) })?;
-                let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
-                if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
-                    return Err(ConfigError::BonesNotMeshed);
-                }
-                Ok((made.fingertip, Origin::Imported(made.report)))
-            }
+            (None, Some(settings)) => self.import(&read_mesh(settings)?, settings, &settings.file),
             (None, None) => {
+                if let Some(pad) = FlatPad::named(&self.shape.0)? {
+                    let (raw, settings) = pad.mesh(&self.mesh_preset.divisions());
+                    return self.import(&raw, &settings, FilePath::new(&self.shape.0));
+                }
                 let shape = self.fingertip_shape()?;
                 Ok((mesh::fingertip(&shape, &self.mesh_preset.divisions())?, Origin::Shape(Box::new(shape))))
             }
         }
+    }
+
+    /// The fingertip of a mesh, of which errors name `source`.
+    fn import(
+        &self,
+        raw: &RawMesh,
+        settings: &ImportedGeometry,
+        source: &FilePath,
+    ) -> Result<(Fingertip, Origin), ConfigError> {
+        let soft_regions: Vec<String> = self.tissue.regions.keys().cloned().collect();
+        let made = imported_fingertip(raw, settings, &soft_regions)
+            .map_err(|e| ConfigError::Import { path: source.to_path_buf(), source: Box::new(e) })?;
+        let hollow = settings.sets.bone.is_some() || settings.sets.proximal_bone.is_some();
+        if self.tissue.bone.kind == BoneKind::Deformable && (hollow || made.report.attached_nodes > 0) {
+            return Err(ConfigError::BonesNotMeshed);
+        }
+        Ok((made.fingertip, Origin::Imported(made.report)))
     }
 
     /// Mesh and body, checked; the friction law too, before the seconds that a mesh takes.
@@ -216,7 +236,10 @@ impl Config {
     /// # Errors
     /// As [`Self::fingertip_shape`].
     pub fn hash(&self) -> Result<String, ConfigError> {
-        let shape = self.fingertip_shape()?;
+        let shape = match FlatPad::named(&self.shape.0)? {
+            Some(pad) => Solid::Flat(pad),
+            None => Solid::Shape(Box::new(self.fingertip_shape()?)),
+        };
         let all = (env!("CARGO_PKG_VERSION"), shape, self.mesh_preset, &self.tissue, self.friction, self.numerics);
         let mut text = serde_json::to_string(&(all, &self.experiment)).expect("plain numbers");
         // The content of a file enters the hash, its path does not.

@@ -9,7 +9,7 @@ use serde::Deserializer;
 use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::{Outline, PenaltySettings, RigidBody};
-use crate::material::{Doubt, Ogden, SaintVenantKirchhoff, Stiffness, partly};
+use crate::material::{Doubt, Ogden, SaintVenantKirchhoff, Stiffness, partly, presets};
 use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::{PadFaces, SolverSettings};
 
@@ -51,22 +51,62 @@ impl Default for Bone {
 
 /// Materials of the finger [Yoshida et al. 2011 for all constants but the joint].
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(try_from = "TissueKeys")]
 pub struct Tissue {
     /// Superficial layer.
-    #[serde(deserialize_with = "skin")]
     pub skin: Material,
     /// Layer between skin and bone.
-    #[serde(deserialize_with = "subcutaneous")]
     pub subcutaneous: Material,
     /// Nail plate.
-    #[serde(deserialize_with = "nail")]
     pub nail: SaintVenantKirchhoff,
     /// Bones.
     pub bone: Bone,
     /// Soft regions of an imported mesh beside skin and subcutaneous, by the names of their element sets.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty", deserialize_with = "partly::regions")]
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, Material>,
+}
+
+/// The section of a settings file: `soft` is one material for all soft tissue, on a fixed core.
+#[derive(Default, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct TissueKeys {
+    #[serde(deserialize_with = "soft")]
+    soft: Option<Material>,
+    #[serde(deserialize_with = "skin")]
+    skin: Option<Material>,
+    #[serde(deserialize_with = "subcutaneous")]
+    subcutaneous: Option<Material>,
+    #[serde(deserialize_with = "nail")]
+    nail: Option<SaintVenantKirchhoff>,
+    bone: Option<Bone>,
+    #[serde(deserialize_with = "partly::regions")]
+    regions: BTreeMap<String, Material>,
+}
+
+impl TryFrom<TissueKeys> for Tissue {
+    type Error = &'static str;
+
+    fn try_from(keys: TissueKeys) -> Result<Self, Self::Error> {
+        let TissueKeys { soft, skin, subcutaneous, nail, bone, regions } = keys;
+        if soft.is_some() && (skin.is_some() || subcutaneous.is_some()) {
+            return Err(
+                "tissue.soft is the material of all soft tissue: leave out tissue.skin and tissue.subcutaneous",
+            );
+        }
+        let bone = bone.unwrap_or(if soft.is_some() {
+            Bone { kind: BoneKind::Fixed, ..Bone::default() }
+        } else {
+            Bone::default()
+        });
+        let usual = Self::default();
+        Ok(Self {
+            skin: soft.or(skin).unwrap_or(usual.skin),
+            subcutaneous: soft.or(subcutaneous).unwrap_or(usual.subcutaneous),
+            nail: nail.unwrap_or(usual.nail),
+            bone,
+            regions,
+        })
+    }
 }
 
 const SKIN: Ogden = Ogden { mu_mpa: 0.034, alpha: 1.4, d_per_mpa: 1.0 };
@@ -127,16 +167,20 @@ impl Tissue {
     }
 }
 
-fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Material, D::Error> {
-    partly::soft(from, SKIN)
+fn soft<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Material>, D::Error> {
+    presets::named_or_table(from).map(Some)
 }
 
-fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Material, D::Error> {
-    partly::soft(from, SUBCUTANEOUS)
+fn skin<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Material>, D::Error> {
+    partly::soft(from, SKIN).map(Some)
 }
 
-fn nail<'de, D: Deserializer<'de>>(from: D) -> Result<SaintVenantKirchhoff, D::Error> {
-    partly::saint_venant_kirchhoff(from, Tissue::default().nail)
+fn subcutaneous<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Material>, D::Error> {
+    partly::soft(from, SUBCUTANEOUS).map(Some)
+}
+
+fn nail<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SaintVenantKirchhoff>, D::Error> {
+    partly::saint_venant_kirchhoff(from, Tissue::default().nail).map(Some)
 }
 
 fn elastic<'de, D: Deserializer<'de>>(from: D) -> Result<SaintVenantKirchhoff, D::Error> {

@@ -1,8 +1,9 @@
-//! `fingerpad reduce --design`: the runs of the design of experiments, or of one share of it.
+//! The runs of a design of experiments, or of one share of it.
 
 use std::{
     collections::{BTreeMap, VecDeque},
     fs,
+    ops::ControlFlow,
     path::{Path, PathBuf},
     sync::Mutex,
 };
@@ -10,14 +11,14 @@ use std::{
 use anyhow::{Context, anyhow};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Finger, LoadPathError, PathEnd, Problem, Trajectory, follow_path, follow_path_on, follow_to_end,
+    Finger, LoadPathError, PathEnd, Problem, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
 };
 use fingerpad_formats::atomic_write;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{self as reduce, Batch, DesignSettings, Experiment, Run, Sample};
 
-use super::progress::counter;
-use super::{Bars, Failure, LARGER_PADS, bar, go_on, keeping, make_finger, show};
+use crate::progress::counter;
+use crate::{Bars, Failure, LARGER_PADS, bar, go_on, keeping, make_finger, show};
 
 /// Lists the paths of a share that have no file; fails if there are any.
 pub fn check(config: &Config, settings: &DesignSettings, folder: &Path, share: Share) -> Result<(), Failure> {
@@ -129,6 +130,9 @@ fn in_turn(batches: Vec<Batch>) -> VecDeque<Batch> {
     turns.sort_by_key(|(number, _)| *number);
     turns.into_iter().map(|(_, batch)| batch).collect()
 }
+
+/// Iterations after which a path ends early. The longest path of a tip that can be followed took 3000.
+const MOST_ITERATIONS: u32 = 4000;
 
 /// State of the runs.
 struct Place<'a> {
@@ -246,9 +250,11 @@ fn run_one(
     bars: &Bars,
 ) -> Result<Followed, Failure> {
     let bar = bars.add(bar(experiment.name.clone()));
-    let mut progress = |progress| {
+    let mut is_hopeless = false;
+    let mut progress = |progress: Progress| {
         show(&bar, &progress);
-        go_on()
+        is_hopeless = progress.cost.iterations > MOST_ITERATIONS;
+        if is_hopeless { ControlFlow::Break(()) } else { go_on() }
     };
     let result = match beginning {
         Some(end) => follow_path_on(problem, &experiment.path, &[], end, None, &mut progress),
@@ -261,6 +267,9 @@ fn run_one(
         // A path without equilibrium is kept up to the last row and marked.
         Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
             (*reached, Some(format!("t = {t_s:.4} s: {cause}")))
+        }
+        Err(mut error @ LoadPathError::Interrupted { .. }) if is_hopeless => {
+            (error.take_reached(), Some(format!("still on its way after {MOST_ITERATIONS} iterations")))
         }
         Err(LoadPathError::Interrupted { .. }) => return Err(interrupted()),
         Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {

@@ -1,4 +1,4 @@
-//! `fingerpad retune`: the model file of another finger by a change of units.
+//! `fingerpad finger retune`: the model file of another finger by a change of units.
 
 use std::path::PathBuf;
 
@@ -7,15 +7,15 @@ use fingerpad::Tuning;
 use fingerpad_formats::atomic_write;
 use fingerpad_reduce::{ReduceError, retuned_bed, retuned_pad};
 
-use super::model::{self, Loaded};
-use super::{Failure, Outputs};
+use crate::model::{self, Loaded};
+use crate::{Failure, Outputs};
 
 /// Write a model for another finger: its size, its stiffness and its friction over those of the finger that was fitted
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad retune --size 1.1 --stiffness 1.2 --out larger.fpm            a bed, from the shipped one
-  fingerpad retune --model pad.fpm --lambda 1.3 --out drier.fpm           a pad with more friction
+  fingerpad finger retune --size 1.1 --stiffness 1.2 --out larger.fpm            a bed, from the shipped one
+  fingerpad finger retune --model pad.fpm --lambda 1.3 --out drier.fpm           a pad with more friction
 
 Lengths grow with --size, pressures with --stiffness, local friction with --lambda: N ~ stiffness size², and the strength
 of friction ~ lambda stiffness^beta size². This is exact for fingers that are geometrically similar. Forces of the
@@ -23,7 +23,7 @@ written file are those of the same factors in the core, in C and in Python. The 
 provenance; its errors are those of the finger that was fitted. Retuning a file again multiplies the factors.
 
 A bed is refused where more friction on a softer finger would make it give back more energy than it took. A pad has no such
-limit: retune the pad and make a bed from it with `fingerpad bed`.")]
+limit: retune the pad and make a bed from it with `fingerpad finger bed`.")]
 pub struct Args {
     /// Model file of a bed or a pad; without it the bed that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]

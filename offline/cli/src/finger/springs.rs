@@ -1,85 +1,17 @@
-//! `fingerpad reduce`: the design of experiments and the fit of the reduced model to it.
+//! The bed of springs of a finger: stored runs, the fit, its file and its report.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::Path};
 
 use anyhow::Context;
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_formats::atomic_write;
-use fingerpad_identify::population::Share;
 use fingerpad_reduce::{
     self as reduce, CurvePoint, FitProgress, FitStage, Kind, ReduceError, Reduced, Run, Scores, Settings,
 };
 use fingerpad_report as report;
 
-use super::progress::{counter, during};
-use super::{Failure, Model, Outputs, design, results};
-
-/// Fit the reduced model to finite-element runs, or make these runs
-#[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  fingerpad reduce --design --mesh-preset coarse --runs paths  run the missing paths of the design
-  fingerpad reduce --runs runs --out mine.fpm                  fit and write the model
-  fingerpad reduce --out mine.fpm                              the same from the shipped runs
-  fingerpad reduce --design --runs runs --out mine.fpm         both
-  fingerpad reduce --design --mesh-preset coarse --runs paths --task 2/8
-                                                               the second of eight shares
-  fingerpad reduce --runs runs --out mine.fpm --report report --curve
-                                                               with pictures, and accuracy over cost
-
-The design has 407 paths in seventeen kinds, 182 of them held out of the fit; the section [design] of --config sets
-its size. Each finished path is a file of its own in the folder; an interrupted design resumes. Runs of other settings
-are kept apart by the hash in their names. --check fails if a path is missing. The folder of --report holds one
-report: its files.txt lists the files of the report, which the next report there removes; other files are kept.")]
-pub struct Args {
-    /// Folder of the runs [default: those that ship with the program, of the default settings]
-    #[arg(long, value_name = "DIR", required_if_eq("design", "true"))]
-    runs: Option<PathBuf>,
-    /// Model file to write
-    #[arg(long, value_name = "MODEL.fpm", required_unless_present = "design")]
-    out: Option<PathBuf>,
-    /// Replace a file at --out, also a model
-    #[arg(long)]
-    force: bool,
-    /// Run the missing runs of the design of experiments first
-    #[arg(long)]
-    design: bool,
-    /// Run the K-th of N shares of the design only, which cost about the same
-    #[arg(long, value_name = "K/N", requires = "design", conflicts_with = "out")]
-    task: Option<Share>,
-    /// Run nothing: list the paths of the design, or of a share, that are missing
-    #[arg(long, requires = "design", conflicts_with = "out")]
-    check: bool,
-    /// Folder for pictures and numbers of the fit
-    #[arg(long, value_name = "DIR", requires = "out")]
-    report: Option<PathBuf>,
-    /// Fit other numbers of elements and table nodes as well, for the report's curve of accuracy against cost
-    #[arg(long, requires = "report")]
-    curve: bool,
-    /// Fits from beside the best one so far; the best on the paths of the fit is kept
-    #[arg(long, value_name = "N", default_value_t = 12)]
-    restarts: usize,
-    #[command(flatten)]
-    model: Model,
-    /// Threads; each path runs on one [default: the machine's]
-    #[arg(long, value_name = "N", value_parser = super::jobs)]
-    jobs: Option<usize>,
-}
-
-/// Files of the report.
-const NAMES: &[&str] = &[
-    "reduced.html",
-    "reduced.json",
-    "reduced_backbone_x.svg",
-    "reduced_backbone_y.svg",
-    "reduced_loops.svg",
-    "reduced_errors.svg",
-    "reduced_worst.svg",
-    "reduced_sizes.svg",
-];
+use crate::progress::{counter, during};
+use crate::{Failure, results};
 
 impl From<ReduceError> for Failure {
     fn from(error: ReduceError) -> Self {
@@ -92,46 +24,6 @@ impl From<ReduceError> for Failure {
             | ReduceError::Retune(_) => Self::Input(error.into()),
         }
     }
-}
-
-/// Runs the command.
-pub fn run(args: &Args) -> Result<(), Failure> {
-    let (config, _, design_settings) = args.model.settings()?;
-    // A model costs hours of finite elements: an existing one is replaced on request only.
-    let mut outputs =
-        Outputs::beside(args.model.inputs(&config)).file("--out", args.out.as_deref(), Vec::new()).force(args.force);
-    if let Some(folder) = &args.report {
-        outputs = outputs.shared_folder("--report", folder, NAMES);
-    }
-    if let Some(folder) = args.runs.as_deref().filter(|_| args.design) {
-        let share = args.task.unwrap_or(Share::ALL);
-        let outputs = outputs.folder("--runs", folder, &[]);
-        if !args.check {
-            outputs.prepare()?;
-        }
-        let design_settings = super::finger::with_tip(&config, &design_settings)?;
-        if args.check {
-            return design::check(&config, &design_settings, folder, share);
-        }
-        design::run(&config, &design_settings, folder, share, args.jobs)?;
-    } else {
-        outputs.prepare()?;
-    }
-    let Some(out) = &args.out else { return Ok(()) };
-    let mut runs = read_runs(args.runs.as_deref())?;
-    if args.design {
-        // The folder may hold the design of other settings as well.
-        let hash = reduce::settings_hash(&config)?;
-        runs.retain(|run| run.settings_hash == hash);
-    }
-    let runs = representable(runs);
-    let settings = Settings { restarts: args.restarts, ..Settings::default() };
-    let reduced = fit(&runs, &[], &config.friction, &settings)?;
-    write(&reduced, &runs, out)?;
-    if let Some(folder) = &args.report {
-        write_report(folder, &runs, &reduced, &config.friction, args.curve.then_some(&settings), &[])?;
-    }
-    Ok(())
 }
 
 /// The runs of motions that a bed of springs represents: the neutral pose, on a plane. Prints the kinds that the fit
@@ -253,7 +145,10 @@ pub(super) fn read_runs(folder: Option<&Path>) -> Result<Vec<Run>, Failure> {
         runs.push(Run::from_bytes(&bytes, path)?);
     }
     if runs.is_empty() {
-        return Err(Failure::Input(anyhow::anyhow!("{}: no runs (*.fprun); make them with --design", place())));
+        return Err(Failure::Input(anyhow::anyhow!(
+            "{}: no runs (*.fprun); make them with `fingerpad finger --design full`",
+            place()
+        )));
     }
     Ok(runs)
 }

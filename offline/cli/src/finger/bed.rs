@@ -1,4 +1,4 @@
-//! `fingerpad bed`: a bed of springs in any pose, from a pad.
+//! `fingerpad finger bed`: a bed of springs in any pose, from a pad.
 
 use std::path::PathBuf;
 
@@ -7,16 +7,16 @@ use fingerpad_fe::contact::RubberFriction;
 use fingerpad_reduce::pad::{PadMeta, runs_in_pose};
 use fingerpad_reduce::{DesignSettings, Settings, is_retuned};
 
-use super::model::{self, Loaded};
-use super::reduce::{fit, write};
-use super::{Failure, Outputs};
+use super::springs::{fit, write};
+use crate::model::{self, Loaded};
+use crate::{Failure, Outputs};
 
 /// Make a bed of springs from a pad, in any pose
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  fingerpad bed --pitch-deg 40 --out steep.fpm                       from the shipped pad, half a minute
-  fingerpad bed --pad pad.fpm --pitch-deg 45 --roll-deg 15 --out rolled.fpm
+  fingerpad finger bed --pitch-deg 40 --out steep.fpm                from the shipped pad, half a minute
+  fingerpad finger bed --pad pad.fpm --pitch-deg 45 --roll-deg 15 --out rolled.fpm
 
 A bed of springs takes 300 to 700 instructions a step and has one pose of the finger on a plane. This command fits one to
 paths of a pad in the given pose: presses, slides, turns, changes of depth, noise, spin. No finite elements are run. Half

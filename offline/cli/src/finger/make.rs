@@ -1,0 +1,340 @@
+//! `fingerpad finger make`: from a geometry to the model files of a pad and of a bed of springs, in one command.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{anyhow, bail};
+use clap::ValueEnum;
+use fingerpad::host::{ModelFile, PadModelFile};
+use fingerpad_fe::experiment::Config;
+use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_identify::population::Share;
+use fingerpad_reduce::pad::{FitLimits, MadePad, PadMeta, PadSettings, PadSize, runs_for_bed};
+use fingerpad_reduce::{
+    self as reduce, COLUMNS, DesignSettings, GOOD, Grade, Group, ReduceError, Reduced, Run, Settings, Tip, Verdict,
+};
+
+use super::springs::{fit, read_runs, representable, write_report};
+use super::{pad, runs, springs};
+use crate::against_shipped::meta_of;
+use crate::{Failure, Model, Outputs, make_finger};
+
+/// Make the model files of your finger: finite-element runs, a pad, a bed of springs, a report
+#[derive(clap::Args)]
+#[group(id = "make")]
+pub struct Args {
+    /// Folder for runs, pad.fpm, model.fpm and report
+    #[arg(long, value_name = "DIR", required = true)]
+    out: Option<PathBuf>,
+    /// Which motions are run
+    #[arg(long, value_name = "DESIGN", default_value = "quick")]
+    design: Design,
+    /// Folder of the runs [default: runs in --out; with --design stored those that ship with the program, on the medium mesh]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
+    /// Run the K-th of N shares of the design only, which cost about the same, and stop
+    #[arg(long, value_name = "K/N")]
+    task: Option<Share>,
+    /// Run nothing: list the paths of the design, or of a share, that are missing
+    #[arg(long)]
+    check: bool,
+    /// Print the number of runs and an estimate of their time, and stop
+    #[arg(long)]
+    estimate: bool,
+    /// Make one of the models only
+    #[arg(long, value_name = "MODEL")]
+    only: Option<Only>,
+    /// Write the models also if they are not usable in the neutral pose
+    #[arg(long)]
+    accept: bool,
+    /// Patches of the pad, nearly: they come in mirrored pairs
+    #[arg(long, value_name = "N", default_value_t = 37, value_parser = pad::patches)]
+    patches: usize,
+    /// Runs that the pad is fitted to, shared out over the kinds of motion by their number; each kind gives at least 15 % of
+    /// N. All that are not held out give the bands
+    #[arg(long, value_name = "N", default_value_t = 80)]
+    fit_runs: usize,
+    /// Patience of the pad's fit: evaluations for each number at most
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    patience: usize,
+    /// Fits of the bed from beside the best one so far; the best on the paths of the fit is kept [default: 0 for few runs, else 1]
+    #[arg(long, value_name = "N")]
+    restarts: Option<usize>,
+    /// Fit beds of other numbers of elements and table nodes as well, for the report's curve of accuracy against cost
+    #[arg(long)]
+    curve: bool,
+    #[command(flatten)]
+    model: Model,
+    /// Threads; each path runs on one [default: the machine's]
+    #[arg(long, value_name = "N", value_parser = crate::jobs)]
+    jobs: Option<usize>,
+}
+
+/// Size of the design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Design {
+    /// Some twenty paths
+    Quick,
+    /// Every kind of motion, 483 paths: minutes on the coarse mesh, hours on the default one
+    Full,
+    /// None: the runs that are there
+    Stored,
+}
+
+/// Which model is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Only {
+    /// The pad
+    Pad,
+    /// The bed of springs
+    Bed,
+}
+
+/// CPU time of an increment of a contact 1 mm deep, per node of the mesh to the power of [`NODES_EXPONENT`], s: the shipped
+/// finger's design.
+const INCREMENT_S: f64 = 1.0e-5;
+/// Growth of the time with the number of nodes.
+const NODES_EXPONENT: f64 = 1.1;
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    // A verb has its own options.
+    let Some(out) = &args.out else { return Err(Failure::Input(anyhow!("--out is missing"))) };
+    let (mut config, _, ranges) = args.model.settings()?;
+    let is_shipped = args.design == Design::Stored && args.runs.is_none();
+    if is_shipped && args.model.mesh_preset.is_none() {
+        // The mesh of the runs that ship.
+        config.mesh_preset = MeshPreset::Medium;
+    }
+    let hash = reduce::settings_hash(&config)?;
+    let files = [out.join("pad.fpm"), out.join("model.fpm")];
+    check(&files[1], "model", &hash, hash_of_bed).map_err(Failure::Input)?;
+    check(&files[0], "pad", &hash, hash_of_pad).map_err(Failure::Input)?;
+    let (finger, _) = make_finger(&config)?;
+    let ranges = ranges.for_tip(Tip::of(&finger, &config.tissue, &config.friction)?);
+    let settings = match args.design {
+        Design::Quick if ranges.paths == DesignSettings::default().paths => ranges.clone().quick(),
+        Design::Full if ranges.paths == DesignSettings::default().paths => ranges.clone().beyond_springs(),
+        _ => ranges.clone(),
+    };
+    let outputs = || Outputs::beside(args.model.inputs(&config)).folder("--out", out, &[]);
+    let folder = if is_shipped { None } else { Some(args.runs.clone().unwrap_or_else(|| out.join("runs"))) };
+    let share = args.task.unwrap_or(Share::ALL);
+    match (args.design, &folder) {
+        (Design::Stored, _) if args.task.is_some() || args.check || args.estimate => {
+            return Err(Failure::Input(anyhow!(
+                "--design stored runs nothing: leave out --task, --check and --estimate"
+            )));
+        }
+        (Design::Quick | Design::Full, Some(folder)) => {
+            if args.check {
+                return runs::check(&config, &settings, folder, share);
+            }
+            announce(&config, &settings, finger.mesh.nodes.len(), args.jobs)?;
+            if args.estimate {
+                return Ok(());
+            }
+            outputs().folder("--runs", folder, &[]).prepare()?;
+            runs::run(&config, &settings, folder, share, args.jobs)?;
+            if args.task.is_some() {
+                return Ok(());
+            }
+        }
+        _ => outputs().prepare()?,
+    }
+    let models = Models::make(args, &config, folder.as_deref(), &ranges)?;
+    let refused = models.write([&files[0], &files[1]], args.accept)?;
+    if let Some((bed, _)) = &models.bed {
+        let curve = args.curve.then(|| args.bed_settings(false));
+        write_report(out, &models.runs, bed, &config.friction, curve.as_ref(), &models.verdicts())?;
+    }
+    models.print();
+    let [neutral, worst] = [models.worst(|group| group == Group::Neutral), models.worst(|_| true)];
+    match (neutral, worst) {
+        (Grade::NotUsable, _) if !args.accept => {
+            return Err(Failure::NotGoodEnough(format!(
+                "not usable in the neutral pose and not written: {}; the runs are kept. A finer mesh (--mesh-preset), --design full, or a \
+                 smaller largest depth in [design] may help; --accept writes the file",
+                refused.join(", ")
+            )));
+        }
+        (Grade::NotUsable, _) => {
+            eprintln!("warning: not usable in the neutral pose: {}; written because of --accept", refused.join(", "))
+        }
+        (_, Grade::NotUsable) => {
+            eprintln!(
+                "warning: the models are {} in the neutral pose and not usable for some motions",
+                neutral.as_str()
+            );
+        }
+        (_, Grade::Usable) => eprintln!("warning: the models are usable, not good: see their errors"),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Refuses a design that this finger cannot follow, and prints its size and an estimate of its time.
+fn announce(config: &Config, settings: &DesignSettings, nodes: usize, jobs: Option<usize>) -> Result<(), Failure> {
+    let experiments = reduce::design(settings)?;
+    runs::check_paths(config, &experiments)?;
+    let costs: Vec<f64> = reduce::batches(&experiments).iter().map(reduce::Batch::cost).collect();
+    // More threads than cores or batches of paths make nothing faster, and no thread ends before the longest batch.
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = jobs.unwrap_or(cores).min(cores).min(costs.len()).max(1);
+    let unit_s = INCREMENT_S * (nodes as f64).powf(NODES_EXPONENT);
+    let cpu_s = unit_s * costs.iter().sum::<f64>();
+    let longest_s = unit_s * costs.iter().copied().fold(0.0, f64::max);
+    println!(
+        "{} paths on {nodes} nodes: about {} of CPU, {} on {threads} of {cores} cores",
+        experiments.len(),
+        duration(cpu_s),
+        duration((cpu_s / threads as f64).max(longest_s)),
+    );
+    Ok(())
+}
+
+impl Args {
+    /// Settings of the fit of a bed.
+    fn bed_settings(&self, is_few: bool) -> Settings {
+        // Runs of the pad leave one minimum; a further start would cost a third of the time.
+        Settings { restarts: self.restarts.unwrap_or(usize::from(!is_few)), ..Settings::default() }
+    }
+}
+
+/// Pad and bed of a finger, and their errors.
+struct Models {
+    /// The runs that the bed is scored along.
+    runs: Vec<Run>,
+    pad: Option<(MadePad, Verdict)>,
+    bed: Option<(Reduced, Verdict)>,
+}
+
+/// Runs of a bed's motions below which it is fitted beside paths of the pad.
+const FEW: usize = 60;
+
+impl Models {
+    /// Makes the models from the runs of this finger.
+    ///
+    /// * `folder`: of the runs; None for those that ship
+    /// * `ranges`: of the paths of the pad beside which the bed is fitted
+    fn make(args: &Args, config: &Config, folder: Option<&Path>, ranges: &DesignSettings) -> Result<Self, Failure> {
+        let hash = reduce::settings_hash(config)?;
+        let (runs, others): (Vec<Run>, Vec<Run>) =
+            read_runs(folder)?.into_iter().partition(|run| run.settings_hash == hash);
+        if let (true, Some(other)) = (runs.is_empty(), others.first()) {
+            return Err(Failure::Input(anyhow!(
+                "run {} is of other settings ({}) than this finger ({hash}): take the --config, --shape and --mesh-preset of its design",
+                other.name,
+                other.settings_hash
+            )));
+        }
+        let law = [config.friction.lambda, config.friction.beta];
+        let is_few = runs.iter().filter(|run| run.is_representable()).count() < FEW;
+        let (mut pad, mut beside) = (None, Vec::new());
+        if args.only != Some(Only::Bed) || is_few {
+            let settings = PadSettings {
+                size: PadSize { patches: args.patches },
+                runs: args.fit_runs,
+                limits: FitLimits { patience: args.patience, hold: is_few },
+                ..PadSettings::default()
+            };
+            let (made, outline) = pad::make(config, &runs, settings)?;
+            if is_few && args.only != Some(Only::Pad) {
+                let pad = PadModelFile::new(&made.file()?).map_err(ReduceError::from)?;
+                let paths = DesignSettings { paths: DesignSettings::default().paths, ..ranges.clone() };
+                beside = runs_for_bed(&pad.file().pad, &runs, &paths, &hash)?;
+            }
+            let verdict = Verdict::of_pad(&made.model, &runs, &outline, law);
+            pad = Some((made, verdict)).filter(|_| args.only != Some(Only::Bed));
+        }
+        let runs = representable(runs);
+        let mut bed = None;
+        if args.only != Some(Only::Pad) {
+            let made = fit(&runs, &beside, &config.friction, &args.bed_settings(is_few))?;
+            let verdict = Verdict::of_bed(&made.data.model().map_err(ReduceError::from)?, &runs, law);
+            bed = Some((made, verdict));
+        }
+        Ok(Self { runs, pad, bed })
+    }
+
+    /// The verdicts by the name of their model.
+    fn named(&self) -> impl Iterator<Item = (&'static str, &Verdict)> {
+        let pad = self.pad.iter().map(|(_, verdict)| ("pad", verdict));
+        pad.chain(self.bed.iter().map(|(_, verdict)| ("bed", verdict)))
+    }
+
+    /// The worst grade of the models for some groups of motions.
+    fn worst(&self, of: impl Fn(Group) -> bool + Copy) -> Grade {
+        self.named().map(|(_, verdict)| verdict.worst(of)).max().unwrap_or(Grade::NotUsable)
+    }
+
+    /// Writes pad and bed, unless they are not usable in the neutral pose; returns the names of the models that are not.
+    fn write(&self, [pad_file, model_file]: [&Path; 2], accept: bool) -> Result<Vec<&'static str>, Failure> {
+        let is_bad = |verdict: &Verdict| verdict.worst(|group| group == Group::Neutral) == Grade::NotUsable;
+        let mut refused = Vec::new();
+        if let Some((pad, verdict)) = &self.pad {
+            refused.extend(is_bad(verdict).then_some("pad"));
+            if accept || !is_bad(verdict) {
+                pad::write(pad, pad_file)?;
+            }
+        }
+        if let Some((bed, verdict)) = &self.bed {
+            refused.extend(is_bad(verdict).then_some("bed"));
+            if accept || !is_bad(verdict) {
+                springs::write(bed, &self.runs, model_file)?;
+            }
+        }
+        Ok(refused)
+    }
+
+    /// Rows of the table of verdicts.
+    fn verdicts(&self) -> Vec<Vec<String>> {
+        self.named().flat_map(|(name, verdict)| verdict.rows(name)).collect()
+    }
+
+    /// Prints the table of verdicts.
+    fn print(&self) {
+        let [normal, friction, stick] = GOOD;
+        println!(
+            "\nverdict: errors along paths that no fit has seen, root mean square over the path's largest. Good: normal force {:.0} %, \
+             friction {:.0} %, stick ratio {stick:.1}; usable: twice that",
+            100.0 * normal,
+            100.0 * friction
+        );
+        let head: Vec<String> = COLUMNS.map(str::to_owned).to_vec();
+        for row in std::iter::once(&head).chain(&self.verdicts()) {
+            let [model, motions, numbers @ .., grade] = row.as_slice() else { continue };
+            let numbers: String = numbers.iter().map(|number| format!("{number:>13}")).collect();
+            println!("{model:<6}{motions:<13}{numbers}   {grade}");
+        }
+    }
+}
+
+/// Refuses to replace a file that is not an earlier model of the same finger.
+///
+/// * `hash_of`: hash of the settings that a model file of this kind states; None for another file
+fn check(file: &Path, what: &str, hash: &str, hash_of: impl Fn(&[u8]) -> Option<String>) -> anyhow::Result<()> {
+    let is_ours = |bytes: Vec<u8>| hash_of(&bytes).is_some_and(|found| found == hash);
+    if file.exists() && !std::fs::read(file).is_ok_and(is_ours) {
+        bail!("{}: exists and is not a {what} of this finger: give another --out, or remove it", file.display());
+    }
+    Ok(())
+}
+
+fn hash_of_bed(bytes: &[u8]) -> Option<String> {
+    meta_of(&ModelFile::new(bytes).ok()?).map(|meta| meta.settings_hash)
+}
+
+fn hash_of_pad(bytes: &[u8]) -> Option<String> {
+    let pad = PadModelFile::new(bytes).ok()?;
+    serde_json::from_str::<PadMeta>(pad.file().meta).ok().map(|meta| meta.settings_hash)
+}
+
+/// A time with its unit, to two digits.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 9.5 => format!("{s:.1} s"),
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
