@@ -77,11 +77,11 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// The main job: mesh, press and slide at the measured depths, report
-    Build(build::Args),
+    Build(Box<build::Args>),
     /// Calibrate the finger on a measured table and identify the friction law
-    Identify(identify::Args),
+    Identify(Box<identify::Args>),
     /// Follow a path of the plane with the finite-element model
-    Simulate(simulate::Args),
+    Simulate(Box<simulate::Args>),
     /// Name the physical effect that measured runs show and the model does not contain
     Diagnose(Box<diagnose::Args>),
     /// Write the fingertip's mesh, or the whole problem for another program

@@ -27,6 +27,8 @@ pub struct FlatPad {
 const CROWN_RADIUS_MM: f64 = 100.0;
 /// Radius of the rim over the thickness.
 const RIM: f64 = 0.25;
+/// Sine of the slope at which the rounding ends; steeper elements would be slivers.
+const STEEPEST: f64 = 0.7;
 /// Angle between the pad's own x axis and the face. It only names the pose: a pad lies in the middle of the range of a reduced model.
 const PITCH_DEG: f64 = 30.0;
 
@@ -63,8 +65,8 @@ impl FlatPad {
     fn height(&self, x: f64, y: f64) -> f64 {
         let rim = RIM * self.thickness_mm;
         let rounded = |at: f64, side: f64| {
-            let beyond = (at.abs() - 0.5 * side + rim).max(0.0);
-            Self::sag(beyond.min(rim), rim)
+            let beyond = at.abs() - 0.5 * side + STEEPEST * rim;
+            Self::sag(beyond.clamp(0.0, STEEPEST * rim), rim)
         };
         Self::sag(x.hypot(y), self.crown_radius_mm) + rounded(x, self.length_mm).max(rounded(y, self.width_mm))
     }
@@ -135,9 +137,11 @@ mod tests {
             let made = imported_fingertip(&raw, &settings, &[]).unwrap();
             let quality = quality(&made.fingertip.mesh);
             assert!(quality.worst_hex_scaled_jacobian > 0.4, "{preset:?}: {}", quality.worst_hex_scaled_jacobian);
-            let volume: f64 = quality.regions.iter().map(|(_, of)| of.volume_mm3).sum();
+            let volume: f64 = quality.regions.values().map(|of| of.volume_mm3).sum();
             let crown = 20.0 * 16.0 * (20.0_f64.powi(2) + 16.0_f64.powi(2)) / 24.0 / 100.0;
-            let rim = (1.0 - 0.25 * std::f64::consts::PI) * 2.0 * (20.0 + 16.0);
+            // Section of the arc up to its end, along the rim.
+            let (end, up) = (0.7_f64, (1.0 - 0.49_f64).sqrt());
+            let rim = (end - 0.5 * (end * up + end.asin())) * 2.0 * (20.0 + 16.0);
             let slab = 20.0 * 16.0 * 4.0 - crown - rim;
             // A coarse mesh cuts more off the rim.
             assert!((volume / slab - 1.0).abs() < 0.03, "{preset:?}: {volume} for {slab}");

@@ -117,7 +117,8 @@ pub fn fit<const M: usize, const N: usize>(
 ) -> Result<Fitted<M, N>, ReduceError> {
     let all: Vec<&Run> = runs.iter().chain(beside).collect();
     let deepest = BEYOND * all.iter().flat_map(|r| &r.samples).map(|s| f64::from(s.depth_mm)).fold(0.0, f64::max);
-    let guess = initial_guess(&all.into_iter().filter(|r| !r.held_out).collect::<Vec<_>>())?;
+    let coulomb = (!is_free(friction)).then_some(friction.lambda);
+    let guess = initial_guess(&all.into_iter().filter(|r| !r.held_out).collect::<Vec<_>>(), coulomb)?;
     let weight = if beside.is_empty() { 1.0 } else { 1.0 / BESIDE };
     let weighted = runs.iter().map(|run| (run, weight)).chain(beside.iter().map(|run| (run, 1.0)));
     let (spinning, planar): (Vec<_>, Vec<_>) = weighted.filter(|(r, _)| !r.held_out).partition(|(r, _)| r.spins());

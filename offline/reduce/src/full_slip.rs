@@ -23,8 +23,11 @@ const FEW: usize = 6;
 const LOADED: f64 = 0.01;
 /// Weight of the prior that keeps the slope and the bend of a law of few rows small, in rows.
 const PRIOR: [f64; 3] = [0.0, 0.02, 0.2];
-/// Iterations at a depth; the normal force depends on friction.
+/// Shortenings of the springs at a depth.
 const ROUNDS: usize = 12;
+/// Most iterations for the yield slides at a depth, which the normal force depends on, and their relative change at the end.
+const MOST_ROUNDS: usize = 200;
+const FOUND: f64 = 1e-7;
 /// Largest factor on the yield slides of a fit.
 const LONGEST: f64 = 100.0;
 /// Bounds of the tilt of a limit and of the strength ratio, within those of the core.
@@ -97,7 +100,7 @@ impl FullSlipLaw {
                 // Yield slides ahead, back and across, over those of the fit. From 0 the search ends at the least of its roots: with
                 // friction the normal force rises, and with it the limit.
                 let mut slides = [0.0; 3];
-                for _ in 0..ROUNDS {
+                for _ in 0..MOST_ROUNDS {
                     let [ahead, back, across] = slides;
                     let along = |slide: f64| slide * (first - q * slide * second);
                     let energy = |slide: f64| slide * slide * (0.5 * second - q / 3.0 * slide * third);
@@ -112,8 +115,13 @@ impl FullSlipLaw {
                         let under = (first * first - 4.0 * q * second * target).max(0.0);
                         2.0 * target / (first + under.sqrt())
                     };
-                    slides =
+                    let next =
                         [root(target(0), q), root(target(1), -q), target(2) / first].map(|slide| slide.min(LONGEST));
+                    let is_found = next.iter().zip(&slides).all(|(next, last)| (next - last).abs() <= FOUND * next);
+                    slides = next;
+                    if is_found {
+                        break;
+                    }
                 }
                 let [ahead, back, across] = slides;
                 let scale = (ahead * back).sqrt();

@@ -22,18 +22,21 @@ const EVERY: usize = 3;
 /// Largest factor on the spin moment. A light contact of a pad is about one patch and has little moment, whatever its ratio of friction.
 const MOMENT_MOST: f64 = 1.1;
 
-/// Ratios of the finite elements to a pad over depth: factors on its normal force and on its friction.
+/// Largest distance of the logarithm of a ratio of coefficients from their median: beyond it one of the two does not slip.
+const UNLIKE: f64 = 0.5;
+
+/// Ratios of the finite elements to a pad over depth: factors on its normal force and on its friction over normal force.
 struct Ratios {
     deepest_mm: f64,
     /// Logarithms at [`NODES`].
     normal: [f64; NODES.len()],
-    friction: [f64; NODES.len()],
+    coefficient: [f64; NODES.len()],
 }
 
 impl Ratios {
     /// Ratios from the rows of runs on a plane in the neutral pose.
     fn of(model: &PadModel, runs: &[&Run], deepest_mm: f64) -> Self {
-        let (mut normal, mut friction) = (Vec::new(), Vec::new());
+        let (mut normal, mut coefficient) = (Vec::new(), Vec::new());
         let length = |f: [f64; 2]| f[0].hypot(f[1]);
         for run in runs {
             for (s, r) in run.samples.iter().zip(replay_on_plane(model, run)) {
@@ -41,28 +44,35 @@ impl Ratios {
                 if depth < LEAST_DEPTH_MM {
                     continue;
                 }
-                let (of_fe, of_pad) = (f64::from(s.normal_force_n), r.normal_force_n);
-                if of_fe > 0.0 && of_pad > 0.0 {
-                    normal.push((depth, (of_fe / of_pad).ln(), of_fe.sqrt()));
+                let normals = [f64::from(s.normal_force_n), r.normal_force_n];
+                if !normals.iter().all(|n| *n > 0.0) {
+                    continue;
                 }
-                let (of_fe, of_pad) = (length(s.friction_n.map(f64::from)), length(r.friction_n));
+                normal.push((depth, (normals[0] / normals[1]).ln(), normals[0].sqrt()));
+                let frictions = [length(s.friction_n.map(f64::from)), length(r.friction_n)];
                 let both_slip = f64::from(s.stick_ratio) < SLIPS[0] && r.stick_ratio < SLIPS[1];
-                if both_slip && of_fe > 0.0 && of_pad > 0.0 {
-                    friction.push((depth, (of_fe / of_pad).ln(), 1.0));
+                if both_slip && frictions.iter().all(|f| *f > 0.0) {
+                    coefficient.push((depth, (frictions[0] / normals[0] * normals[1] / frictions[1]).ln(), 1.0));
                 }
             }
         }
+        // A contact at first touch has no friction yet.
+        let mut sorted: Vec<f64> = coefficient.iter().map(|(_, ratio, _)| *ratio).collect();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        coefficient.retain(|(_, ratio, _)| (ratio - median).abs() < UNLIKE);
         let fitted = |rows: &[(f64, f64, f64)]| over_depth(rows, deepest_mm);
-        Self { deepest_mm, normal: fitted(&normal), friction: fitted(&friction) }
+        Self { deepest_mm, normal: fitted(&normal), coefficient: fitted(&coefficient) }
     }
 
     /// Multiplies the loads of a sample of the pad by the ratios at its depth.
     fn apply(&self, sample: &mut Sample) {
         let depth = f64::from(sample.depth_mm);
-        let [normal, friction] = [&self.normal, &self.friction].map(|logs| {
+        let [normal, coefficient] = [&self.normal, &self.coefficient].map(|logs| {
             let weights = weights(depth, self.deepest_mm);
             weights.iter().zip(logs).map(|(w, log)| w * log).sum::<f64>().exp()
         });
+        let friction = normal * coefficient;
         sample.normal_force_n *= normal as f32;
         sample.friction_n = sample.friction_n.map(|f| f * friction as f32);
         if let Some(turned) = &mut sample.turned {
