@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let start = Instant::now();
-    let table = read_table(args.table.as_deref())?;
+    let table = read_table(args.table.as_deref(), config.tissue.stiffness())?;
     let inputs = args.model.inputs(&config).into_iter().chain([("--table", args.table.as_deref())]);
     Outputs::beside(inputs).folder("--out", &args.out, NAMES).prepare()?;
     let (finger, touch) = make_finger_for(&config, &[&config.experiment.deepest_press()])?;
@@ -118,15 +118,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn read_table(path: Option<&Path>) -> Result<Vec<fingerpad_identify::table_csv::Row>, Failure> {
-    match path {
-        Some(path) => Ok(fingerpad_identify::table_csv::read(path)?),
-        None => {
-            let file = tempfile::NamedTempFile::new().map_err(|e| Failure::Input(e.into()))?;
-            fs::write(file.path(), TABLE_1).map_err(|e| Failure::Input(e.into()))?;
-            Ok(fingerpad_identify::table_csv::read(file.path())?)
-        }
-    }
+fn read_table(path: Option<&Path>, stiffness: f64) -> Result<Vec<fingerpad_identify::table_csv::Row>, Failure> {
+    Ok(match path {
+        Some(path) => fingerpad_identify::table_csv::read(path, stiffness)?,
+        None => fingerpad_identify::table_csv::parse(Path::new("Table 1 of Yoshida et al. 2011"), TABLE_1)?,
+    })
 }
 
 /// Takes the folder for these settings; returns the folder of the finished pieces.

@@ -69,7 +69,7 @@ pub fn diagnose(
     if model.mesh_preset.is_none() && model.config.is_none() {
         config.mesh_preset = MeshPreset::Medium;
     }
-    let rows = table_csv::read_partial(path, names)?;
+    let rows = table_csv::read_partial(path, names, config.tissue.stiffness())?;
     table_csv::notes(path, names).iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
     let count = rows.len();
     let table = MeasuredTable::new(rows).map_err(|e| Failure::Input(anyhow!("{}: {e}", path.display())))?;

@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(Failure::Input(anyhow!("--task and --collect need --data with a folder of tables")))
         }
         data => {
-            let (name, points) = table(data.as_deref())?;
+            let (name, points) = table(data.as_deref(), config.tissue.stiffness())?;
             prepare(args, &config, data.as_deref(), &[&args.out])?;
             subject(args, (&config, &settings, &design), &name, points, &args.out).map(|_| ())
         }
@@ -140,10 +140,10 @@ fn prepare(args: &Args, config: &Config, table: Option<&Path>, folders: &[&Path]
 }
 
 /// Rows of a table and its name.
-fn table(path: Option<&Path>) -> Result<(String, Vec<Point>), Failure> {
+fn table(path: Option<&Path>, stiffness: f64) -> Result<(String, Vec<Point>), Failure> {
     let rows = match path {
         Some(path) => {
-            let rows = fingerpad_identify::table_csv::read(path)?;
+            let rows = fingerpad_identify::table_csv::read(path, stiffness)?;
             let notes = fingerpad_identify::table_csv::notes(path, &fingerpad_formats::ColumnNames::default());
             notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
             rows
@@ -311,8 +311,8 @@ fn study(args: &Args, config: Sections, folder: &Path) -> Result<(), Failure> {
                 continue;
             }
             println!("{stem} ({} of {})", i + 1, tables.len());
-            let result =
-                table(Some(path)).and_then(|(name, points)| subject(args, config, &name, points, &args.out.join(stem)));
+            let result = table(Some(path), config.0.tissue.stiffness())
+                .and_then(|(name, points)| subject(args, config, &name, points, &args.out.join(stem)));
             match result {
                 Ok(_) => {}
                 Err(interrupted @ Failure::Interrupted(_)) => return Err(interrupted),

@@ -69,23 +69,26 @@ const MOST_FRICTION: f64 = 20.0;
 ///
 /// Rows keep the order of the file; a depth may occur more than once (repeats). Values that no fingertip has are
 /// refused with the mistake that they hint at: swapped columns, forces in grams. Standard deviations are read over.
-pub fn read(file: &Path) -> Result<Vec<Row>, Error> {
-    rows(&Columns::read(file, &KNOWN)?)
+///
+/// * `stiffness`: of the configured tissue over that of the human finger, which the limits follow
+pub fn read(file: &Path, stiffness: f64) -> Result<Vec<Row>, Error> {
+    rows(&Columns::read(file, &KNOWN)?, stiffness)
 }
 
-/// Reads a table from text; `name` is for the messages.
+/// Reads a table of a human finger from text; `name` is for the messages.
 pub fn parse(name: &Path, text: &str) -> Result<Vec<Row>, Error> {
-    rows(&Columns::parse(name, text, &KNOWN)?)
+    rows(&Columns::parse(name, text, &KNOWN)?, 1.0)
 }
 
 /// Reads a table that needs depth and one other quantity; each may have a column `..._sd`, and cells may be empty.
 ///
 /// * `names`: column names of the file, and their units
+/// * `stiffness`: as of [`read`]
 ///
 /// # Errors
 /// [`Error`] with file, line, column and value; values that are impossible for a fingertip are refused as by [`read`].
-pub fn read_partial(file: &Path, names: &ColumnNames) -> Result<Vec<PartialRow>, Error> {
-    partial_rows(&Columns::read_as(file, &KNOWN, names)?)
+pub fn read_partial(file: &Path, names: &ColumnNames, stiffness: f64) -> Result<Vec<PartialRow>, Error> {
+    partial_rows(&Columns::read_as(file, &KNOWN, names)?, stiffness)
 }
 
 /// Format of a table, if it differs from that of this program's files: separators, decimals, a row of units.
@@ -93,7 +96,7 @@ pub fn notes(file: &Path, names: &ColumnNames) -> Vec<String> {
     Columns::read_as(file, &KNOWN, names).map_or_else(|_| Vec::new(), |table| table.notes)
 }
 
-fn rows(table: &Columns) -> Result<Vec<Row>, Error> {
+fn rows(table: &Columns, stiffness: f64) -> Result<Vec<Row>, Error> {
     let [depth, force, friction] = [table.need(KNOWN[DEPTH])?, table.need(KNOWN[FORCE])?, table.need(KNOWN[FRICTION])?];
     let area = table.find(KNOWN[AREA]);
     table.need_rows(1)?;
@@ -111,7 +114,7 @@ fn rows(table: &Columns) -> Result<Vec<Row>, Error> {
             friction_coefficient: Some(Cell { value: read.friction_coefficient, sd: None }),
             contact_area_mm2: read.contact_area_mm2.map(|value| Cell { value, sd: None }),
         };
-        check(table, row, &partial)?;
+        check(table, row, &partial, stiffness)?;
         rows.push(read);
     }
     let forces: Vec<_> = rows.iter().map(|r| Some((r.depth_mm, r.normal_force_n))).collect();
@@ -119,7 +122,7 @@ fn rows(table: &Columns) -> Result<Vec<Row>, Error> {
     Ok(rows)
 }
 
-fn partial_rows(table: &Columns) -> Result<Vec<PartialRow>, Error> {
+fn partial_rows(table: &Columns, stiffness: f64) -> Result<Vec<PartialRow>, Error> {
     let depth = table.need(KNOWN[DEPTH])?;
     let columns = [FORCE, AREA, FRICTION].map(|k| table.find(KNOWN[k]));
     if columns.iter().all(Option::is_none) {
@@ -145,7 +148,7 @@ fn partial_rows(table: &Columns) -> Result<Vec<PartialRow>, Error> {
         if read.normal_force_n.is_none() && read.contact_area_mm2.is_none() && read.friction_coefficient.is_none() {
             return Err(table.refuse(row, depth, "has nothing measured beside it"));
         }
-        check(table, row, &read)?;
+        check(table, row, &read, stiffness)?;
         rows.push(read);
     }
     if let Some(force) = columns[0] {
@@ -165,8 +168,8 @@ fn not_negative(table: &Columns, row: &CsvRow, column: usize) -> Result<f64, Err
     if value < 0.0 { Err(table.refuse(row, column, "is negative")) } else { Ok(value) }
 }
 
-/// Refuses values that no fingertip has.
-fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> {
+/// Refuses values that no fingertip of this stiffness has.
+fn check(table: &Columns, row: &CsvRow, read: &PartialRow, stiffness: f64) -> Result<(), Error> {
     let column = |k: usize| table.find(KNOWN[k]).expect("the value was read from there");
     let depth_mm = read.depth_mm.value;
     if depth_mm > DEEPEST_MM {
@@ -178,7 +181,7 @@ fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> 
         return Err(table.refuse(row, column(FRICTION), problem));
     }
     let Some(force_n) = read.normal_force_n.map(|n| n.value) else { return Ok(()) };
-    let most = STIFFEST_N_PER_MM2 * depth_mm * depth_mm;
+    let most = STIFFEST_N_PER_MM2 * stiffness.max(1.0) * depth_mm * depth_mm;
     if force_n > most {
         let problem = format!(
             "is more than a fingertip supports at {} mm (at most {most:.2} N): is the force in grams \
@@ -189,14 +192,15 @@ fn check(table: &Columns, row: &CsvRow, read: &PartialRow) -> Result<(), Error> 
     }
     let Some(area) = read.contact_area_mm2 else { return Ok(()) };
     let pressure = force_n / area.value;
-    if !(PRESSURES_MPA[0]..=PRESSURES_MPA[1]).contains(&pressure) {
+    let [least, most] = [PRESSURES_MPA[0] * stiffness.min(1.0), PRESSURES_MPA[1] * stiffness.max(1.0)];
+    if !(least..=most).contains(&pressure) {
         let problem = format!(
             "mm² under {} N is a mean pressure of {:.3} kPa, which no fingertip has ({} to {} kPa): are \
              columns swapped, or units other than mm² and N?",
             Rounded(force_n),
             1e3 * pressure,
-            Rounded(1e3 * PRESSURES_MPA[0]),
-            Rounded(1e3 * PRESSURES_MPA[1])
+            Rounded(1e3 * least),
+            Rounded(1e3 * most)
         );
         return Err(table.refuse(row, column(AREA), problem));
     }
@@ -223,7 +227,7 @@ mod tests {
 
     #[test]
     fn table_1_of_the_paper() {
-        let rows = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/yoshida2011.csv"))).unwrap();
+        let rows = read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/yoshida2011.csv")), 1.0).unwrap();
         assert_eq!(rows.len(), 4);
         let last =
             Row { depth_mm: 1.5, normal_force_n: 0.454, friction_coefficient: 1.42, contact_area_mm2: Some(97.7) };
@@ -236,7 +240,7 @@ mod tests {
         let file = dir.path().join("t.csv");
         let read_text = |text: &str| {
             std::fs::write(&file, text).unwrap();
-            read(&file)
+            read(&file, 1.0)
         };
         let rows = read_text("friction_coefficient,depth_mm,normal_force_n\n2,1,0.2\n").unwrap();
         assert_eq!(rows[0].contact_area_mm2, None);

@@ -273,8 +273,7 @@ mod tests {
     /// The silicone fingertip: half a sphere of 8 mm before its core, without a nail.
     #[test]
     fn a_fingertip_of_a_robot_is_round_and_has_no_nail() {
-        let text = include_str!("../data/geometry/hemisphere.toml");
-        let shape = FingertipShape::from_toml("hemisphere.toml", text).unwrap();
+        let shape = FingertipShape::named("dome:8,4").unwrap();
         let Fingertip { mesh, outer_faces, touch, .. } = fingertip(&shape, &MeshPreset::Medium.divisions()).unwrap();
         assert!(mesh.tets.is_empty() && mesh.node_set(set::NAIL_FIX).is_empty());
         let middle = Vector3::new(shape.length_mm - shape.cap_length_mm, 0.0, 0.0);

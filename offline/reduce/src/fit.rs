@@ -93,6 +93,9 @@ const BESIDE: f64 = 0.1;
 /// The other springs touch between half of this depth and this depth, share of the largest.
 const LAST_TOUCHES: f64 = 0.5;
 
+/// Most repetitions of binding friction in full slip and making the bed passive.
+const BINDINGS: usize = 20;
+
 /// Number of minimisations of [`fit`].
 pub(super) fn minimisations(springs: usize, settings: &Settings) -> usize {
     let of_forces = SECOND_TOUCHES_MM.len().min(1 + settings.restarts) + 1;
@@ -146,10 +149,17 @@ pub fn fit<const M: usize, const N: usize>(
         _ => None,
     };
     if let Some(law) = law {
-        law.bind(&mut params);
         // A bed that is made passive has another normal force in full slip.
-        params = less_coupled(&params, &passive_shares(&params)?);
-        law.bind(&mut params);
+        let (fitted, mut kept) = (params, [1.0; N]);
+        for _ in 0..BINDINGS {
+            params = less_coupled(&fitted, &kept);
+            law.bind(&mut params);
+            let more = passive_shares(&params)?;
+            if more == [1.0; N] {
+                break;
+            }
+            kept.iter_mut().zip(more).for_each(|(kept, more)| *kept *= more);
+        }
     }
     SpinLimit::of(&params.build_unchecked(), &spinning).put(&mut params);
     let (params, given_up) = accepted(&params)?;

@@ -23,8 +23,9 @@ const FEW: usize = 6;
 const LOADED: f64 = 0.01;
 /// Weight of the prior that keeps the slope and the bend of a law of few rows small, in rows.
 const PRIOR: [f64; 3] = [0.0, 0.02, 0.2];
-/// Shortenings of the springs at a depth.
-const ROUNDS: usize = 12;
+/// Most changes of the yield slides at a depth, and their relative change at the end.
+const ROUNDS: usize = 60;
+const BOUND: f64 = 1e-5;
 /// Most iterations for the yield slides at a depth, which the normal force depends on, and their relative change at the end.
 const MOST_ROUNDS: usize = 200;
 const FOUND: f64 = 1e-7;
@@ -87,7 +88,6 @@ impl FullSlipLaw {
         for (node, row) in params.nodes.iter_mut().zip(&rows).skip(1) {
             let [kx, ky] = [row.stiffness_x.value, row.stiffness_y.value];
             let target_of = |normal: f64, k: usize| self.coefficient(k, normal) * normal / kx;
-            // A spring that would yield later than any may is shortened, and the others make up for it.
             for _ in 0..ROUNDS {
                 let moment = |power: i32| {
                     shares.iter().zip(&node.yield_slide_mm).map(|(k, r)| k / all * r.powi(power)).sum::<f64>()
@@ -127,16 +127,16 @@ impl FullSlipLaw {
                 let scale = (ahead * back).sqrt();
                 node.tilt_x = (0.5 * (ahead - back) / scale).clamp(-TILT, TILT);
                 node.strength_ratio = (across / scale).clamp(RATIO[0], RATIO[1]);
-                let is_within = node.yield_slide_mm.iter().all(|slide| scale * slide <= most_mm);
-                node.yield_slide_mm.iter_mut().for_each(|slide| *slide = (scale * *slide).min(most_mm));
-                if is_within {
+                // No spring yields earlier at a larger depth, and none later than any may: the others make up for it.
+                let bounded = |slide: f64, last: f64| (scale * slide).max(last).min(most_mm);
+                let slides = std::array::from_fn(|j| bounded(node.yield_slide_mm[j], last[j]));
+                let is_bound = (0..M).all(|j| (slides[j] - node.yield_slide_mm[j]).abs() <= BOUND * slides[j]);
+                node.yield_slide_mm = slides;
+                if is_bound {
                     break;
                 }
             }
-            for (slide, last) in node.yield_slide_mm.iter_mut().zip(&mut last) {
-                *slide = slide.max(*last);
-                *last = *slide;
-            }
+            last = node.yield_slide_mm;
         }
         // Nothing is known of the limit at first touch but its shape.
         let [first, next, ..] = params.nodes.as_mut_slice() else { return };

@@ -128,7 +128,7 @@ fn planted_effects_are_named_or_among_the_contenders() {
 fn the_published_table_is_diagnosed_end_to_end() {
     let _alone = one_at_a_time();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/yoshida2011.csv");
-    let table = MeasuredTable::new(read_partial(&path, &ColumnNames::default()).unwrap()).unwrap();
+    let table = MeasuredTable::new(read_partial(&path, &ColumnNames::default(), 1.0).unwrap()).unwrap();
     let finding = found(table);
     let (report, section) = (&finding.report.diagnosis, &finding.report.table);
     assert_eq!(report.verdict, Verdict::Ambiguous);

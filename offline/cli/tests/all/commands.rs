@@ -161,8 +161,6 @@ fn estimates_count_cores() {
 #[test]
 fn the_silicone_tip_of_the_pages_is_estimated() {
     let folder = Folder::with(&[("silicone.toml", include_str!("../../data/silicone.toml"))]);
-    fs::create_dir(folder.path("geometry")).unwrap();
-    folder.write("geometry/hemisphere.toml", include_str!("../../data/geometry/hemisphere.toml"));
     let command = "finger --config silicone.toml --mesh-preset coarse --out tip --estimate";
     let (stdout, _) = folder.done(command);
     assert!(stdout.contains("21 paths"), "{stdout}");

@@ -23,7 +23,8 @@ const LONG: &[(&str, &str)] = &[
     ("fingerpad identify --published", "the default mesh: a minute of CPU"),
     ("fingerpad finger --design full", "hundreds of finite-element paths"),
     ("fingerpad finger --design stored", "the fit of a bed or a pad: minutes of CPU"),
-    ("fingerpad finger --config data/silicone.toml --mesh-preset coarse --out silicone", "three minutes of CPU"),
+    ("fingerpad finger --config data/silicone.toml --mesh-preset coarse --out silicone", "half a minute of CPU"),
+    ("fingerpad finger --dome 10", "half a minute of CPU"),
     (
         "fingerpad diagnose --calibration data/examples/calibration.csv --measured data/examples/measured.csv --confirm-fe",
         "strokes of the finite elements: a minute of CPU",

@@ -1,6 +1,9 @@
 //! Tips of many sizes, materials and friction laws: each ends with pad and bed, or with a sentence that says what to change.
 
-use crate::common::Folder;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use crate::common::{Folder, package};
 
 /// Radius of the dome, radius of its core, mm; Young's modulus, MPa; Poisson's ratio; lambda and beta.
 const DOMES: [(&str, [f64; 6]); 14] = [
@@ -52,4 +55,61 @@ fn every_tip_has_models_or_a_reason() {
             code => panic!("{name}: {code:?}: {stderr}"),
         }
     }
+}
+
+/// A dome of 10 mm on a core of 5 mm, E 0.1 MPa, Coulomb 0.8: pad and bed from its stored runs, and friction in full slip over the normal
+/// force at three loads and, of the pad, in three poses.
+#[test]
+fn a_tip_from_stored_runs_obeys_coulombs_law() {
+    let folder = Folder::new();
+    let runs = package().join("tests/tip_runs");
+    let tip = "--dome 10 --core 5 --young 0.1 --mu 0.8 --mesh-preset coarse";
+    let (printed, _) = folder.done(&format!("finger {tip} --design stored --runs {} --out made", runs.display()));
+    assert!(printed.contains("verdict") && printed.contains("bed   neutral pose"), "{printed}");
+    // Between the axes the limit of a bed is an ellipse.
+    for (model, poses, oblique) in [("pad", &[[45, 0], [25, 0], [60, 20]][..], 0.003), ("model", &[[45, 0]], 0.015)] {
+        for [pitch, roll] in poses {
+            for depth in [0.4, 0.9, 1.6] {
+                for direction in 0..8 {
+                    let (sin, cos) = (TAU * f64::from(direction) / 8.0).sin_cos();
+                    let mut path = "t_s,depth_mm,slide_x_mm,slide_y_mm,pitch_deg,roll_deg\n".to_owned();
+                    for (t, depth, slide) in [(0.0, 0.0, 0.0), (1.0, depth, 0.0), (5.0, depth, 12.0)] {
+                        writeln!(path, "{t},{depth},{},{},{pitch},{roll}", slide * cos, slide * sin).unwrap();
+                    }
+                    folder.write("p.csv", path);
+                    folder.done(&format!("eval --model made/{model}.fpm --path p.csv --out r.csv"));
+                    let [n, x, y] =
+                        ["normal_force_n", "friction_x_n", "friction_y_n"].map(|name| folder.last("r.csv", name));
+                    let most = if direction % 2 == 0 { 0.003 } else { oblique };
+                    let ratio = x.hypot(y) / n / 0.8;
+                    assert!((ratio - 1.0).abs() < most, "{model}, {pitch} {roll}, {depth} mm, {direction}: {ratio}");
+                }
+            }
+        }
+    }
+}
+
+/// Flags that a shape needs, and numbers that make none.
+#[test]
+fn tips_by_dimensions_are_refused_by_name_and_value() {
+    let folder = Folder::new();
+    for (flags, parts) in [
+        ("--dome 12 --core 7 --mu 0.8", &["missing --material NAME or --young-mpa E"][..]),
+        ("--dome 12 --core 7 --young 0.3", &["missing --mu MU"]),
+        ("--dome 12 --core 13 --young 0.3 --mu 1", &["core_mm = 13", "must leave a layer under 12 mm"]),
+        ("--dome 12 --young 0.3 --mu 1", &["--core-mm"]),
+        ("--dome 12 --core 7 --material foam --mu 1", &["no material `foam`", "dragon-skin-10"]),
+        ("--flat 20,16 --young 0.3 --mu 1", &["flat:20,16", "2 numbers", "thickness"]),
+        ("--flat 20,16,4,9 --young 0.3 --mu 1", &["crown of 9 mm"]),
+        ("--dome 12 --core 7 --young 0.3 --mu 1 --poisson 0.5", &["between 0 and 0.5"]),
+        ("--shape e --poisson 0.4", &["--poisson without --young-mpa"]),
+    ] {
+        folder.refused(&format!("mesh {flags} --mesh-preset coarse --out m.vtu"), parts);
+    }
+    assert!(folder.names("").is_empty());
+    // No skin and no phalanx in the words on a robot's fingertip.
+    let (printed, _) =
+        folder.done("mesh --dome 12 --core 7 --young 0.3 --mu 0.8 --mesh-preset coarse --out m.vtu --picture m.svg");
+    let words = printed + &folder.text("m.svg");
+    assert!(words.contains("soft material") && !words.contains("skin") && !words.contains("phalanx"), "{words}");
 }

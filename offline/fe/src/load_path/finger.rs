@@ -155,6 +155,19 @@ impl Tissue {
         own.chain(named).filter_map(|(section, doubt)| Some((section, doubt?))).collect()
     }
 
+    /// Mean shear modulus of the soft materials, MPa.
+    pub fn shear_mpa(&self) -> f64 {
+        let own = [self.skin, self.subcutaneous];
+        let laws: Vec<_> =
+            if self.regions.is_empty() { own.to_vec() } else { self.regions.values().copied().collect() };
+        (laws.iter().map(|law| law.shear_mpa().ln()).sum::<f64>() / laws.len() as f64).exp()
+    }
+
+    /// The same over that of the human finger.
+    pub fn stiffness(&self) -> f64 {
+        self.shear_mpa() / Self::default().shear_mpa()
+    }
+
     /// Every stiffness times `factor` (> 0): soft tissue, nail, bones, joint.
     pub fn stiffen(&mut self, factor: f64) {
         for law in [&mut self.skin, &mut self.subcutaneous].into_iter().chain(self.regions.values_mut()) {

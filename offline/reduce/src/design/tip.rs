@@ -66,16 +66,6 @@ fn steps([first, last, step]: [f64; 3]) -> impl Iterator<Item = f64> {
     (0..=((last - first) / step).round() as usize).map(move |k| first + step * k as f64)
 }
 
-/// Mean shear modulus of the soft materials, MPa.
-fn shear_mpa(tissue: &Tissue) -> f64 {
-    let laws: Vec<_> = if tissue.regions.is_empty() {
-        vec![tissue.skin, tissue.subcutaneous]
-    } else {
-        tissue.regions.values().copied().collect()
-    };
-    (laws.iter().map(|law| law.shear_mpa().ln()).sum::<f64>() / laws.len() as f64).exp()
-}
-
 /// Strength over pressure.
 fn coefficient(law: &RubberFriction, pressure_mpa: f64) -> f64 {
     law.lambda * pressure_mpa.powf(law.beta - 1.0) + law.tau0_mpa / pressure_mpa
@@ -103,7 +93,7 @@ impl Tip {
             )));
         }
         let length = (layer / THICK_MM).min(1.0);
-        let pressure = shear_mpa(tissue) / shear_mpa(&Tissue::default());
+        let pressure = tissue.stiffness();
         let is_fixed = tissue.bone.kind == BoneKind::Fixed;
         let share = if is_fixed { FIXED_SHARE * confined(finger, &outline, layer) } else { FLOATING_SHARE };
         let in_pose = if is_fixed { share } else { POSE_SHARE };
