@@ -9,6 +9,7 @@ mod fmu;
 mod install;
 mod model;
 mod package;
+mod regenerate;
 mod release;
 mod rust;
 mod shell;
@@ -75,16 +76,11 @@ enum Chore {
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
-    /// Fit the shipped model to the stored runs again, and update the documented vectors and the firmware's corrected
-    /// model
-    Model {
-        /// Fit nothing: update the scores in the shipped files and the documented vectors to the present core
-        #[arg(long)]
-        scores: bool,
-    },
-    /// The reduced models along held-out finite-element runs: the table in `data/reference`, the tables and the pictures of
-    /// `docs/fast-against-finite-elements.md` and `docs/unknown-friction.md`
-    Reference,
+    /// Make again what is stored and was computed: the models of the human finger and of the gallery, the tables and pictures beside
+    /// held-out runs
+    Regenerate(regenerate::Args),
+    /// Score the shipped models again with the present core, without a fit, and update the documented vectors
+    Scores,
     /// All packages of a release in one folder: crates, Python wheels for x86_64 and aarch64, the npm package, the C library.
     /// Uploads nothing
     Release(release::Args),
@@ -123,8 +119,8 @@ fn chore(chore: Chore) -> anyhow::Result<()> {
         Chore::Bench { name, args } => bench(&name, &args),
         Chore::Book(args) => book::main(&args),
         Chore::Fuzz { seconds } => weekly::fuzz_for(seconds),
-        Chore::Model { scores } => model::main(scores),
-        Chore::Reference => weekly::reference(),
+        Chore::Regenerate(args) => regenerate::main(&args),
+        Chore::Scores => model::scores(),
         Chore::Release(args) => release::main(&args),
         Chore::ReleaseC { out } => c::release(&std::path::absolute(out)?),
         Chore::Thumb(args) => thumb::main(&args),

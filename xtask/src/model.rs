@@ -1,4 +1,4 @@
-//! The shipped models: fitted again, or scored again, with the documents that hold their bytes.
+//! The shipped models scored again, and the documents that hold their bytes.
 
 use std::fs;
 use std::path::Path;
@@ -9,21 +9,16 @@ use crate::shell::{command, output, root, run, sh};
 use crate::weekly;
 
 const FILE: &str = "data/models/fingertip.fpm";
-const PROGRAM: &str = "cargo run --release --package fingerpad-cli --";
+pub const PROGRAM: &str = "cargo run --release --package fingerpad-cli --";
 
-/// The shipped model from the stored runs, or its scores alone; then its bytes as documented in `core/docs/fpm-format.md`.
-pub fn main(scores: bool) -> Result<()> {
-    if scores {
-        run(&mut weekly::program("rescore_models"))?;
-        return document();
-    }
-    sh(".", &format!("{PROGRAM} reduce --force --runs data/runs --out {FILE}"))?;
-    document()?;
-    corrected()
+/// The scores of the shipped models with the present core; then the documented bytes.
+pub fn scores() -> Result<()> {
+    run(&mut weekly::program("rescore_models"))?;
+    document()
 }
 
 /// Updates the documented vectors, size and digest to the model file.
-fn document() -> Result<()> {
+pub fn document() -> Result<()> {
     let line = format!("cargo run --quiet --release --package fingerpad --example document -- {FILE}");
     let printed = output(&mut command(".", &line))?;
     let parts: Vec<&str> = printed.trim().split("\n\n").collect();
@@ -47,7 +42,7 @@ fn document() -> Result<()> {
 }
 
 /// The corrected model of the firmware: the shipped one after a diagnosis of a stored set (relaxation inside the finite elements).
-fn corrected() -> Result<()> {
+pub fn corrected() -> Result<()> {
     let dir = root().join("target/corrected");
     fs::create_dir_all(&dir)?;
     for name in ["calibration_d.csv", "set_07.csv"] {

@@ -17,7 +17,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::shell::{command, output, root};
-use crate::{binding, book, c, fmu, package, rust, thumb, web, weekly};
+use crate::{binding, book, c, fmu, package, regenerate, rust, thumb, web, weekly};
 
 /// Options of the three tiers.
 #[derive(clap::Args)]
@@ -90,7 +90,7 @@ const STEPS: [Step; 36] = [
     Step("fuzz", Weekly, Workspace, weekly::fuzz, "model files, steps and calibration under a fuzzer (nightly toolchain)"),
     Step("mutants", Weekly, Workspace, weekly::mutants, "30 faults planted by cargo-mutants in the core, the contact and the diagnosis"),
     Step("experiments", Weekly, Workspace, weekly::experiments, "the finite elements against eight published experiments"),
-    Step("reference", Weekly, Workspace, weekly::reference, "the reduced models along held-out runs: tables and picture"),
+    Step("reference", Weekly, Workspace, regenerate::reference, "the reduced models along held-out runs: tables and picture"),
     Step("bindings", Weekly, Others, crate::bench_bindings::main, "ns of a step in every language"),
 ];
 

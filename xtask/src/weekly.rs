@@ -42,11 +42,6 @@ pub fn experiments() -> Result<()> {
     run(program("experiments").arg("--fit"))
 }
 
-pub fn reference() -> Result<()> {
-    run(&mut program("fast_against_finite_elements"))?;
-    run(&mut program("margin"))
-}
-
 pub fn fuzz() -> Result<()> {
     fuzz_for(FUZZ_SECONDS)
 }

@@ -10,6 +10,7 @@ mod effects;
 mod events;
 mod file;
 mod frames;
+mod gallery;
 mod haptics;
 mod held_load;
 mod margin;

@@ -1,6 +1,6 @@
 //! Writes the table of the reduced models against the finite elements, the tables of its page, and the page's picture.
 //!
-//! `cargo xtask reference`
+//! `cargo xtask regenerate reference`
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Writes the tables and the picture of the page on surfaces of unknown friction.
 //!
-//! `cargo xtask reference`
+//! `cargo xtask regenerate reference`
 
 use std::path::Path;
 

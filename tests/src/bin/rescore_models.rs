@@ -1,7 +1,7 @@
 //! Writes the scores of the present core along the stored runs into the shipped model files, and the bands of the pad, which are
 //! made from the runs that are not held out. All other numbers are kept.
 //!
-//! `cargo xtask model --scores` runs this if the bits of a step have changed, but no model is to be fitted.
+//! `cargo xtask scores` runs this if the bits of a step have changed, but no model is to be fitted.
 
 use std::path::{Path, PathBuf};
 

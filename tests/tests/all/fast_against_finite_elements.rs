@@ -7,7 +7,7 @@ use fingerpad_tests::fast_against_finite_elements::{
 };
 
 /// What makes the table, the page and the picture again.
-const MEND: &str = "a model has changed; run `cargo xtask reference`";
+const MEND: &str = "a model has changed; run `cargo xtask regenerate reference`";
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

@@ -44,7 +44,7 @@ fn the_models_errors_come_out_of_the_stored_runs_again() {
         ("area", again.area_of_largest, stated.area_of_largest),
         ("regime", again.regime_right, stated.regime_right),
     ] {
-        let mend = "cargo xtask model --scores";
+        let mend = "cargo xtask scores";
         assert!((found - stated).abs() <= 1e-9, "{name}: the file states {stated}, the runs give {found}: {mend}");
     }
     // Friction shifts the pressure in its direction, along y as along x: by up to 2 mm.
