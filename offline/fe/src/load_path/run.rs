@@ -10,8 +10,9 @@ use cpu_time::ThreadTime;
 use fingerpad::Status;
 use nalgebra::Vector3;
 
-use self::segment::check;
+use self::segment::{Point, check};
 use super::checkpoint::{Checkpoint, Saves};
+use super::driven;
 use super::friction_limit::{self, FrictionLimit};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
@@ -20,13 +21,15 @@ use super::stepping::{Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
 use crate::assembly::Configuration;
 use crate::contact::{Coordinates, Friction, FrictionLaw, Plane, RubberFriction, plane};
-use crate::solve::{FactorRecord, SolveError, Solver, State, Stats};
+use crate::solve::{Axis, FactorRecord, SolveError, Solver, State, Stats, Target};
 
 /// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`] but in steady slip.
 const STEPS: StepRule =
     StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
 /// Least size of the first step of a row.
 const LEAST_FIRST_SIZE: f64 = 0.1;
+/// Share of a normal force by which its target may exceed it and count as the same.
+const FORCE_ROUNDING: f64 = 1e-3;
 /// Share of the strength that must be used for a failed step to count as the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
 
@@ -41,6 +44,8 @@ pub(super) struct RunState {
     /// Largest size of a step at present: 1, and more in steady slip.
     largest_size: f64,
     pub state: State,
+    /// Whether coordinates that a force or a moment drives are held, since contact does not carry them yet.
+    is_held: bool,
     time_s: f64,
     /// The state before the last increment and the size of that increment, for extrapolation.
     before: Option<(Configuration, Plane, f64)>,
@@ -105,6 +110,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 standing: Standing { done: 0.0, size: 1.0 },
                 largest_size: 1.0,
                 state,
+                is_held: true,
                 time_s: path.waypoints[0].t_s,
                 before: None,
                 length_done: 0.0,
@@ -280,6 +286,12 @@ impl<'a, 'p> Run<'a, 'p> {
         ((self.run.length_done + self.run.standing.done) / self.length).min(1.0)
     }
 
+    /// Whether a force along the contact or a moment is driven, and to another value than 0 at this place.
+    fn drives_a_force_along(&self, at: &Coordinates) -> bool {
+        let drives = self.path.coordinate_drives();
+        (0..6).any(|k| k != plane::DEPTH && drives[k] == Drive::Force && at[k] != 0.0)
+    }
+
     fn record(&mut self) {
         let response = response(self.problem, &self.model, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
@@ -310,20 +322,33 @@ impl<'a, 'p> Run<'a, 'p> {
             || self.problem.obstacles.iter().any(|x| body.spot(&frame.to_plane(x)).gap_mm <= 0.0)
     }
 
+    /// Whether friction at the present pressures does not hold the load of a point, where the pressures do not grow.
+    fn is_beyond_friction(&self, point: &Point, target: &Target) -> bool {
+        let (state, driven) = (&self.run.state, friction_limit::driven(&self.path.coordinate_drives()));
+        let presses_on = match target.0[plane::DEPTH] {
+            Axis::Displacement(depth) => depth > state.contact.plane.at[plane::DEPTH],
+            Axis::Force(force) => force > (1.0 + FORCE_ROUNDING) * state.totals.force.z,
+        };
+        if !driven.contains(&true) || presses_on || self.run.is_held {
+            return false;
+        }
+        let copies = self.model.copies();
+        let limit = FrictionLimit::of(self.solver.surface(), self.solver.friction(), state, copies, driven);
+        limit.factor(&along(point.at)) < 1.0
+    }
+
     /// Refuses a driven load along the plane that the contact, which slips nearly everywhere, cannot hold.
-    fn check_friction(&mut self, share: f64) -> Result<(), LoadPathError> {
+    fn check_friction(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
         let state = &self.run.state;
         let driven = friction_limit::driven(&self.path.coordinate_drives());
-        // Of a curved body the strengths are not along one plane.
-        let flat = self.problem.rigid_body.is_plane();
-        if !(flat && driven.contains(&true) && state.totals.force.z > 0.0) {
+        if !driven.contains(&true) || *error == SolveError::BeyondStrength {
             return Ok(());
         }
         let copies = self.model.copies();
         let limit = FrictionLimit::of(self.solver.surface(), self.solver.friction(), state, copies, driven);
-        let wanted = |at: Coordinates| Vector3::new(at[plane::X], at[plane::Y], at[plane::SPIN]);
-        let (next, end) = (wanted(self.point(share).at), wanted(self.corner(self.run.row)));
-        if limit.factor(&next) >= 1.0 || limit.used(state, copies) < USED_STRENGTH {
+        let (next, end) = (along(self.point(share).at), along(self.corner(self.run.row)));
+        let is_in_air = *error == SolveError::OutOfContact && !driven::touches(state) && limit.factor(&end) < 1.0;
+        if !is_in_air && (limit.factor(&next) >= 1.0 || limit.used(state, copies) < USED_STRENGTH) {
             return Ok(());
         }
         let (t_s, row, normal_force_n) = (self.run.time_s, self.run.row, copies * state.totals.force.z);
@@ -346,6 +371,11 @@ impl<'a, 'p> Run<'a, 'p> {
             LoadPathError::BeyondFriction { t_s, row, wanted_n: force_n, holds_n, normal_force_n, reached }
         })
     }
+}
+
+/// Loads along x, along y and about the normal.
+fn along(at: Coordinates) -> Vector3<f64> {
+    Vector3::new(at[plane::X], at[plane::Y], at[plane::SPIN])
 }
 
 /// Integral of a law's strength over the pressure of a state, N.
