@@ -69,6 +69,13 @@ impl Spot {
         tangents(&self.normal)
     }
 
+    /// The spot of a place that is farther by the small `step` along the surface.
+    pub fn moved_along(&self, step: &Vector3<f64>) -> Self {
+        let turn = self.bend * step;
+        let normal = if turn == Vector3::zeros() { self.normal } else { (self.normal + turn).normalize() };
+        Self { point: self.point + step - turn * self.gap_mm, normal, ..*self }
+    }
+
     /// The place at another distance from the same point of the surface.
     pub fn at_gap(&self, gap_mm: f64) -> Vector3<f64> {
         self.point + self.normal * gap_mm
