@@ -21,7 +21,7 @@ use super::stepping::{Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
 use crate::assembly::Configuration;
 use crate::contact::{Coordinates, Friction, FrictionLaw, Plane, RubberFriction, plane};
-use crate::solve::{Axis, FactorRecord, SolveError, Solver, State, Stats, Target};
+use crate::solve::{Axis, FactorRecord, SolveError, Solver, State, Stats};
 
 /// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`] but in steady slip.
 const STEPS: StepRule =
@@ -30,6 +30,12 @@ const STEPS: StepRule =
 const LEAST_FIRST_SIZE: f64 = 0.1;
 /// Share of a normal force by which its target may exceed it and count as the same.
 const FORCE_ROUNDING: f64 = 1e-3;
+/// Iterations without progress after which an increment under a driven force along the plane is cut.
+const IDLE_ITERATIONS: u32 = 6;
+/// Factor on a load below which friction surely does not hold it: its limit changes little with the pressures.
+const SURELY_BEYOND: f64 = 0.9;
+/// Size of a step above which one that friction is predicted not to hold is not tried.
+const LEAST_PREDICTED: f64 = 0.05;
 /// Share of the strength that must be used for a failed step to count as the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
 
@@ -93,7 +99,12 @@ impl<'a, 'p> Run<'a, 'p> {
         let plane = Plane::new(std::array::from_fn(|k| if drives[k] == Drive::Displacement { start[k] } else { 0.0 }));
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
         let model = problem.model(path);
-        let mut solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
+        let mut settings = problem.settings;
+        if drives[plane::X] == Drive::Force || drives[plane::Y] == Drive::Force || drives[plane::SPIN] == Drive::Force {
+            // Most steps without equilibrium lead beyond friction; a shorter one finds out faster than a long search.
+            settings.max_idle_iterations = settings.max_idle_iterations.min(IDLE_ITERATIONS);
+        }
+        let mut solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, settings);
         solver.set_rigid_body(problem.rigid_body.clone(), problem.outline.clone(), &plane);
         let state = solver.initial_state(plane);
         let mut run = Self {
@@ -322,36 +333,52 @@ impl<'a, 'p> Run<'a, 'p> {
             || self.problem.obstacles.iter().any(|x| body.spot(&frame.to_plane(x)).gap_mm <= 0.0)
     }
 
-    /// Whether friction at the present pressures does not hold the load of a point, where the pressures do not grow.
-    fn is_beyond_friction(&self, point: &Point, target: &Target) -> bool {
-        let (state, driven) = (&self.run.state, friction_limit::driven(&self.path.coordinate_drives()));
-        let presses_on = match target.0[plane::DEPTH] {
+    /// Factor on the load along the plane of a point up to which friction at the present pressures holds it; infinite where
+    /// the pressures grow on the way to the point.
+    fn friction_factor(&self, limit: &FrictionLimit, point: &Point) -> f64 {
+        let state = &self.run.state;
+        let presses_on = match self.target(point).0[plane::DEPTH] {
             Axis::Displacement(depth) => depth > state.contact.plane.at[plane::DEPTH],
+            // The force of a model of half the finger is half of it.
             Axis::Force(force) => force > (1.0 + FORCE_ROUNDING) * state.totals.force.z,
         };
-        if !driven.contains(&true) || presses_on || self.run.is_held {
-            return false;
-        }
-        let copies = self.model.copies();
-        let limit = FrictionLimit::of(self.solver.surface(), self.solver.friction(), state, copies, driven);
-        limit.factor(&along(point.at)) < 1.0
+        if presses_on { f64::INFINITY } else { limit.factor(&along(point.at)) }
     }
 
-    /// Refuses a driven load along the plane that the contact, which slips nearly everywhere, cannot hold.
-    fn check_friction(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
-        let state = &self.run.state;
+    fn friction_limit(&self) -> Option<FrictionLimit> {
         let driven = friction_limit::driven(&self.path.coordinate_drives());
-        if !driven.contains(&true) || *error == SolveError::BeyondStrength {
-            return Ok(());
-        }
-        let copies = self.model.copies();
-        let limit = FrictionLimit::of(self.solver.surface(), self.solver.friction(), state, copies, driven);
-        let (next, end) = (along(self.point(share).at), along(self.corner(self.run.row)));
-        let is_in_air = *error == SolveError::OutOfContact && !driven::touches(state) && limit.factor(&end) < 1.0;
-        if !is_in_air && (limit.factor(&next) >= 1.0 || limit.used(state, copies) < USED_STRENGTH) {
+        let (surface, copies) = (self.solver.surface(), self.model.copies());
+        let limit = || FrictionLimit::of(surface, self.solver.friction(), &self.run.state, copies, driven);
+        driven.contains(&true).then(limit)
+    }
+
+    /// Whether a step is not worth a trial: friction does not hold the load that it leads to.
+    fn is_beyond_friction(&self, point: &Point) -> bool {
+        !self.run.is_held && self.friction_limit().is_some_and(|limit| self.friction_factor(&limit, point) < 1.0)
+    }
+
+    /// Refuses a driven load along the plane that friction cannot hold, after a step that failed for `error`.
+    fn check_friction(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
+        let Some(limit) = self.friction_limit().filter(|_| *error != SolveError::BeyondStrength) else { return Ok(()) };
+        let (state, copies) = (&self.run.state, self.model.copies());
+        let (next, last) = (self.point(share), self.point(1.0));
+        let end = along(last.at);
+        let is_in_air = *error == SolveError::OutOfContact && !driven::touches(state);
+        // The walls of a hollow body may take what friction does not hold.
+        let fails = if self.problem.rigid_body.may_be_hollow() && !is_in_air {
+            self.friction_factor(&limit, &next) < 1.0
+                && limit.used(state, copies) >= USED_STRENGTH
+                && (share * self.row_length - self.run.standing.done) < LEAST_PREDICTED
+        } else {
+            self.friction_factor(&limit, &next) < 1.0 && limit.used(state, copies) >= USED_STRENGTH
+                || self.friction_factor(&limit, &last) < SURELY_BEYOND
+                || is_in_air && limit.factor(&end) < 1.0
+        };
+        if !fails {
             return Ok(());
         }
         let (t_s, row, normal_force_n) = (self.run.time_s, self.run.row, copies * state.totals.force.z);
+        let driven = friction_limit::driven(&self.path.coordinate_drives());
         let holds = limit.factor(&end);
         let force = driven[0].then_some(end.x).into_iter().chain(driven[1].then_some(end.y));
         let force_n = force.map(|f| f * f).sum::<f64>().sqrt();

@@ -1,6 +1,6 @@
 //! The increments of a run: attempts, cut-backs, passages of limit points.
 
-use super::Run;
+use super::{LEAST_PREDICTED, Run};
 use crate::contact::{Friction, plane};
 use crate::load_path::driven;
 use crate::load_path::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
@@ -14,9 +14,6 @@ use fingerpad::Status;
 const LIMIT_POINT: LimitPointRule =
     LimitPointRule { max_steps: 300, release: 0.5, hold: 4.0, largest: 1e3, gained_share: 0.01 };
 
-/// Size of a step above which one that friction is predicted not to hold is not tried.
-const LEAST_PREDICTED: f64 = 0.05;
-
 impl LoadSteps for Run<'_, '_> {
     type Error = LoadPathError;
 
@@ -27,7 +24,7 @@ impl LoadSteps for Run<'_, '_> {
         }
         let (target, guess) = (self.target(&point), self.guess(size));
         let mut stats = Stats::default();
-        if size > LEAST_PREDICTED && self.is_beyond_friction(&point, &target) {
+        if size > LEAST_PREDICTED && self.is_beyond_friction(&point) {
             return Err(SolveError::BeyondStrength);
         }
         let driven::Step { states, is_held } = self.solve(&mut stats, |solver, run, stats, watch| {
