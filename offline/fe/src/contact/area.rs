@@ -34,7 +34,7 @@ pub(super) struct PartChange {
 }
 
 /// A face with the places of its corners on the rigid body, laid flat, and their levels.
-struct Corners {
+pub(super) struct Corners {
     place: Vec<Vector2<f64>>,
     level: Vec<f64>,
 }
@@ -42,7 +42,7 @@ struct Corners {
 impl Corners {
     /// On a plane the places are those on it. On a curved body they are on the tangent plane at the middle of the face, as far
     /// from the middle as along an arc of the body.
-    fn of(facet: &Facet, spots: &[Spot], level: &[f64]) -> Self {
+    pub(super) fn of(facet: &Facet, spots: &[Spot], level: &[f64]) -> Self {
         let spot: Vec<Spot> = facet.corners().iter().map(|&n| spots[n]).collect();
         Self::at(&spot, facet.corners().iter().map(|&n| level[n]).collect())
     }
@@ -83,6 +83,11 @@ impl Corners {
             parts.iter_mut().for_each(|part| *part *= if assigned > 0.0 { enclosed / assigned } else { 0.0 });
         }
         parts
+    }
+
+    /// Whether a part of the face has a negative area.
+    pub(super) fn is_inside_out(&self, facet: &Facet) -> bool {
+        facet.least_triangle_area(&self.place) < 0.0
     }
 
     /// The parts with the level of a corner moved.

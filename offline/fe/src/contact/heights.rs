@@ -76,6 +76,26 @@ impl HeightField {
         self.at(x, y).0
     }
 
+    /// Whether (x, y) lies within the grid.
+    pub fn covers(&self, x: f64, y: f64) -> bool {
+        [x, y].iter().enumerate().all(|(k, place)| {
+            let end = self.origin_mm[k] + self.spacing_mm[k] * (self.nodes[k] - 1) as f64;
+            (self.origin_mm[k]..=end).contains(place)
+        })
+    }
+
+    /// Least radius of curvature at the nodes, mm; infinite for a flat field.
+    pub fn least_radius_mm(&self) -> f64 {
+        let [nx, ny] = self.nodes;
+        let place = |k: usize, i: usize| self.origin_mm[k] + self.spacing_mm[k] * i as f64;
+        let nodes = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
+        let curvatures = nodes.map(|(i, j)| {
+            let (x, y) = (place(0, i), place(1, j));
+            self.spot(&Vector3::new(x, y, self.height_mm(x, y))).most_curvature()
+        });
+        1.0 / curvatures.fold(0.0, f64::max)
+    }
+
     /// The spot of a place.
     pub(super) fn spot(&self, y: &Vector3<f64>) -> Spot {
         spot_of_graph(|x, y| self.at(x, y), y)

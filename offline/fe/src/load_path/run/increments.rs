@@ -1,7 +1,7 @@
 //! The increments of a run: attempts, cut-backs, passages of limit points.
 
 use super::{LEAST_PREDICTED, Run};
-use crate::contact::{Friction, plane};
+use crate::contact::{Friction, Sharpness, plane};
 use crate::load_path::driven;
 use crate::load_path::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
 use crate::load_path::limit_point::{LimitPointRule, check_no_jump, pass_limit_point, plane_work_mj_between};
@@ -145,6 +145,26 @@ impl LoadSteps for Run<'_, '_> {
                 below_mm,
                 reached: self.reached(),
             });
+        }
+        if let Some(Sharpness { face_mm, radius_mm, is_inside_out }) =
+            self.solver.surface().sharpest_contact(&self.run.state.contact)
+        {
+            if is_inside_out {
+                let t_s = self.run.trajectory.responses.last().map_or(0.0, |last| last.t_s);
+                return Err(LoadPathError::InsideOut {
+                    t_s,
+                    row: self.run.row,
+                    face_mm,
+                    radius_mm,
+                    reached: self.reached(),
+                });
+            }
+            if face_mm > radius_mm {
+                self.run.status = self.run.status.with(Status::BODY_TOO_SHARP);
+            }
+        }
+        if self.solver.surface().leaves_heights(&self.run.state.contact) {
+            self.run.status = self.run.status.with(Status::BEYOND_EDGE);
         }
         self.run.standing = standing;
         self.record();
