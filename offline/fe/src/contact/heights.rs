@@ -227,6 +227,24 @@ mod tests {
     }
 
     #[test]
+    fn its_least_radius_is_that_of_a_ball_and_it_covers_its_grid() {
+        let place = |k: usize| 0.25 * k as f64 - 2.5;
+        let ball = |x: f64, y: f64| (64.0 - x * x - y * y).sqrt() - 8.0;
+        let heights = (0..21).flat_map(|j| (0..21).map(move |i| (i, j))).map(|(i, j)| ball(place(i), place(j)));
+        // A height more at a middle node: a peak that is much sharper.
+        let heights: Vec<f64> = heights.collect();
+        let field = |heights| HeightField::new([21; 2], [0.25; 2], [-2.5; 2], heights).unwrap();
+        let inner = field(heights.clone());
+        let at = inner.spot(&Vector3::new(0.3, 0.4, inner.height_mm(0.3, 0.4)));
+        assert!((at.most_curvature() - 1.0 / 8.0).abs() < 1e-3, "{}", at.most_curvature());
+        let mut peaked = heights;
+        peaked[10 * 21 + 10] += 0.1;
+        let least_mm = field(peaked).least_radius_mm();
+        assert!(least_mm < 0.25, "{least_mm}");
+        assert!(inner.covers(2.5, -2.5) && !inner.covers(2.6, 0.0) && !inner.covers(0.0, -2.51));
+    }
+
+    #[test]
     fn what_is_no_field_is_refused() {
         let refused =
             |nodes, heights: Vec<f64>| HeightField::new(nodes, [0.1; 2], [0.0; 2], heights).unwrap_err().to_string();

@@ -45,7 +45,8 @@ pub(super) fn step(
         return Ok(Step { states: vec![solver.step(last, target, guess, stats, watch)?], is_held: false });
     }
     if touches(last) && !is_held {
-        return Ok(Step { states: vec![released(solver, last, target, guess, stats, watch)?], is_held: false });
+        let state = released(solver, last, target, guess, stats, watch)?;
+        return Ok(Step { is_held: !touches(&state), states: vec![state] });
     }
     let pressed = held(last, target);
     let mut touched = pressed;
@@ -54,7 +55,7 @@ pub(super) fn step(
         && !touches(last)
     {
         let mut depth = last.contact.plane.at[DEPTH];
-        must_touch = force > 0.0;
+        must_touch = force != 0.0;
         if must_touch {
             depth = touching_depth_mm(solver, last).ok_or(SolveError::OutOfContact)? + FIRST_PENETRATION_MM;
         }
@@ -81,7 +82,7 @@ pub(super) fn step(
             done = next;
         }
     }
-    Ok(Step { states, is_held: false })
+    Ok(Step { is_held: !states.last().is_some_and(touches), states })
 }
 
 /// An equilibrium at `target` after `last`, which touches.

@@ -35,7 +35,8 @@ impl FrictionLimit {
         let frame = surface.frame(&state.contact.plane);
         let foot = frame.foot();
         let mut limit = Self { points: Vec::new(), by_pressure: Vector3::zeros(), driven };
-        for (node, place) in state.contact.nodes.iter().zip(&state.contact.position).filter(|(node, _)| node.area > 0.0) {
+        for (node, place) in state.contact.nodes.iter().zip(&state.contact.position).filter(|(node, _)| node.area > 0.0)
+        {
             let normal = frame.along_axes(&frame.to_finger(&surface.body().spot(place).normal));
             let motion = motion_at(&frame.along_axes(&(frame.from_plane(place) - foot)));
             limit.by_pressure += motion.tr_mul(&normal) * (copies * node.normal_force_n);

@@ -108,7 +108,10 @@ impl Solver<'_> {
         watch: Watch,
     ) -> Result<State, SolveError> {
         self.contact_factor = KeptFactor::default();
-        self.plane_gives_way = [DEPTH, PITCH, ROLL].iter().any(|&k| increment.force_target[k].is_some());
+        // A curved body comes nearer by a slide too.
+        let is_plane = self.surface.body().is_plane();
+        let nears = |k: usize| !is_plane || [DEPTH, PITCH, ROLL].contains(&k);
+        self.plane_gives_way = (0..6).any(|k| nears(k) && increment.force_target[k].is_some());
         let had_factor = self.factor_is_set;
         let mut found = self.search(increment, guess.clone(), true, stats, watch);
         if had_factor && matches!(found, Err(SolveError::Stiffness(_) | SolveError::Body(_))) {

@@ -2,8 +2,8 @@
 
 use super::{LEAST_PREDICTED, Run};
 use crate::contact::{Friction, Sharpness, plane};
-use crate::load_path::driven;
 use crate::load_path::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
+use crate::load_path::driven;
 use crate::load_path::limit_point::{LimitPointRule, check_no_jump, pass_limit_point, plane_work_mj_between};
 use crate::load_path::settings::{LoadPathError, Progress};
 use crate::load_path::stepping::{FailedStep, LoadSteps, Standing};
