@@ -321,6 +321,7 @@ fn run_failure(error: LoadPathError, what: &str, kept: String) -> Failure {
         | LoadPathError::BeyondFriction { .. }
         | LoadPathError::BeyondFrictionMoment { .. }
         | LoadPathError::NotClear { .. }
+        | LoadPathError::InsideOut { .. }
         | LoadPathError::BesidePad { .. } => {
             Failure::Numerics(anyhow::Error::new(error).context(format!("{what} ({kept})")))
         }

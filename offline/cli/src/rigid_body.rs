@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use fingerpad::Status;
 use fingerpad_fe::contact::RigidBody;
 use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
-use fingerpad_fe::load_path::{Finger, Response};
+use fingerpad_fe::load_path::{Finger, Path as FingerPath, Response};
+use fingerpad_fe::mesh::Mesh;
 
 /// The rigid body that the finger touches.
 #[derive(clap::Args)]
@@ -67,51 +69,70 @@ impl BodyArgs {
 /// Radius of a body over the size of the faces that touch it below which the faces are too coarse for it.
 const LEAST_RADIUS: f64 = 2.0;
 
-/// Warns of a body that is finer than the mesh: contact is found at the nodes, so features between them are missed.
-pub fn warn_of_fine_body(config: &Config, finger: &Finger) {
-    let mesh = &finger.mesh;
+/// Mean size of the faces of a mesh that may touch, mm: the root of their area. None without faces of four corners.
+fn face_mm(mesh: &Mesh) -> Option<f64> {
     let place = |node: u32| mesh.nodes[node as usize];
     let size = |face: &[u32; 4]| {
         let [a, b, c, d] = face.map(place);
         (0.5 * (c - a).cross(&(d - b)).norm()).sqrt()
     };
-    let (Some(radius_mm), count) = (config.rigid_body.radius_mm, mesh.pad_faces.len()) else { return };
-    if count == 0 {
-        return;
-    }
-    let size_mm = mesh.pad_faces.iter().map(size).sum::<f64>() / count as f64;
-    if radius_mm.abs() < LEAST_RADIUS * size_mm {
+    let count = mesh.pad_faces.len();
+    (count > 0).then(|| mesh.pad_faces.iter().map(size).sum::<f64>() / count as f64)
+}
+
+/// Warns of a body that is finer than the mesh: contact is found at the nodes, so features between them are missed.
+pub fn warn_of_fine_body(finger: &Finger) {
+    let (radius_mm, Some(size_mm)) = (finger.rigid_body.least_radius_mm(), face_mm(&finger.mesh)) else { return };
+    if radius_mm < LEAST_RADIUS * size_mm {
+        let what = match finger.rigid_body {
+            RigidBody::Heights(_) => "the least radius of curvature of the heights",
+            _ => "the radius of the body",
+        };
         eprintln!(
-            "warning: the radius of the body, {radius_mm} mm, is small for a mesh with faces of {size_mm:.2} mm where it may touch: \
-             forces hold roughly, the area does not; take a finer --mesh-preset"
+            "warning: {what}, {} mm, is small for a mesh with faces of {size_mm:.2} mm where it may touch: forces hold roughly, \
+             the area does not; take a finer --mesh-preset",
+            fingerpad_formats::significant(radius_mm, 3)
         );
     }
 }
 
-/// Share of the contact's radius by which it may reach beyond a grid of heights.
-const BEYOND: f64 = 0.1;
+/// Faces below which a contact is warned of.
+const FEWEST_FACES: f64 = 10.0;
+/// Error of the normal force of a contact of one face, a share; it falls with the root of their number. An envelope of presses on
+/// the plane and on balls of 5 and 10 mm by 0.03 to 1 mm, on coarse and medium against default.
+const ERROR_OF_ONE_FACE: f64 = 0.25;
+
+/// Warns of rows of the path at which the contact covers too few faces for its force and area.
+pub fn warn_of_few_faces(path: &FingerPath, finger: &Finger, responses: &[Response]) {
+    let Some(size_mm) = face_mm(&finger.mesh) else { return };
+    let ends_row = |r: &&Response| r.contact_area_mm2 > 0.0 && path.waypoints.iter().any(|w| w.t_s == r.t_s);
+    let smallest = responses.iter().filter(ends_row).min_by(|a, b| a.contact_area_mm2.total_cmp(&b.contact_area_mm2));
+    let Some(Response { t_s, contact_area_mm2, .. }) = smallest else { return };
+    let faces = contact_area_mm2 / (size_mm * size_mm);
+    if faces < FEWEST_FACES {
+        let percent = (100.0 * ERROR_OF_ONE_FACE / faces.sqrt()).min(100.0);
+        eprintln!(
+            "warning: at t = {t_s} s the contact of {contact_area_mm2:.2} mm² covers {faces:.1} faces of {size_mm:.2} mm: its normal \
+             force may be off by {percent:.0} %, its area by twice that; take a finer --mesh-preset"
+        );
+    }
+}
 
 /// Warns of a contact that reaches beyond the grid of a height field, whose border goes on there.
 pub fn warn_of_contact_beyond(finger: &Finger, responses: &[Response]) {
     let RigidBody::Heights(field) = &finger.rigid_body else { return };
-    let side = |k: usize| [field.origin_mm[k], field.origin_mm[k] + field.spacing_mm[k] * (field.nodes[k] - 1) as f64];
-    let beyond = responses.iter().find_map(|r| {
-        // The contact as a circle, in the axes of the body.
-        let radius_mm = (r.contact_area_mm2 / std::f64::consts::PI).sqrt();
-        let [x, y] = [r.centre_of_pressure_mm[0] - r.slide_x_mm, r.centre_of_pressure_mm[1] - r.slide_y_mm];
-        let (sin, cos) = r.spin_deg.to_radians().sin_cos();
-        let middle = [cos * x + sin * y, cos * y - sin * x];
-        let room = (1.0 - BEYOND) * radius_mm;
-        let outside = |k: usize| middle[k] - room < side(k)[0] || middle[k] + room > side(k)[1];
-        ((0..2).any(outside) && radius_mm > 0.0).then_some((r.t_s, middle, radius_mm))
-    });
-    if let Some((t_s, [x, y], radius_mm)) = beyond {
-        let number = |value: f64| fingerpad_formats::significant(value, 4);
-        let ([x0, x1], [y0, y1]) = (side(0).map(number), side(1).map(number));
-        let t_s = number(t_s);
-        eprintln!(
-            "warning: at t = {t_s} s the contact, about {radius_mm:.2} mm in radius at x = {x:.2} mm, y = {y:.2} mm of the grid, reaches beyond \
-             the heights, which are given from {x0} to {x1} mm and from {y0} to {y1} mm; there the heights of the border go on"
-        );
-    }
+    let Some(beyond) = responses.iter().find(|r| r.status.contains(Status::BEYOND_EDGE)) else { return };
+    let number = |value: f64| fingerpad_formats::significant(value, 4);
+    let side = |k: usize| {
+        let end = field.origin_mm[k] + field.spacing_mm[k] * (field.nodes[k] - 1) as f64;
+        format!("{} to {} mm", number(field.origin_mm[k]), number(end))
+    };
+    eprintln!(
+        "warning: from t = {} s on the contact of {:.2} mm² reaches beyond the heights, which are given from x = {} and y = {}; there \
+         the heights of the border go on, and the rows have the status beyond_edge; give heights of a larger part of the body",
+        number(beyond.t_s),
+        beyond.contact_area_mm2,
+        side(0),
+        side(1)
+    );
 }

@@ -17,7 +17,7 @@ use fingerpad_report::simulation::{self, SimulationReport};
 use super::config::ConfigFile;
 use super::plausibility::{warn_of_depths, warn_of_no_contact, warn_of_size};
 use super::probes::ProbeArgs;
-use super::rigid_body::{BodyArgs, warn_of_contact_beyond, warn_of_fine_body};
+use super::rigid_body::{BodyArgs, warn_of_contact_beyond, warn_of_few_faces, warn_of_fine_body};
 use super::{
     Failure, LARGER_PADS, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance,
     results, run_failure, show,
@@ -133,7 +133,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let finger = make_finger_reaching(&config, &path, reach)?;
         if trial == 0 {
             config.check_path(&path, &finger).map_err(|e| Failure::Input(anyhow!("{}: {e}", args.path.display())))?;
-            warn_of_fine_body(&config, &finger);
+            warn_of_fine_body(&finger);
             warn_of_size(&config, &finger.mesh);
         }
         let observed = args.probes.observed(&finger)?;
@@ -278,6 +278,7 @@ impl Run<'_> {
                     );
                 }
                 warn_of_no_contact(path, &trajectory.responses);
+                warn_of_few_faces(path, self.finger, &trajectory.responses);
                 warn_of_contact_beyond(self.finger, &trajectory.responses);
                 Ok(())
             }

@@ -5,21 +5,140 @@ use std::sync::Arc;
 
 use crate::{
     problems::blocks::paraboloid,
-    problems::fingers::{at_corner, follow, placed},
+    problems::fingers::{at_corner, follow, path, placed},
     verify,
 };
-use fingerpad_fe::contact::{Friction, Outline, PenaltySettings, Plane, RigidBody, RubberFriction};
+use fingerpad::Status;
+use fingerpad_fe::contact::{Friction, HeightField, Outline, PenaltySettings, Plane, RigidBody, RubberFriction};
 use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
-use fingerpad_fe::load_path::{Drive, Path, Trajectory, Turn, Turns};
+use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, Trajectory, Turn, Turns};
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_fe::solve::{Guess, Solver, SolverSettings, State, Stats, Target, unwatched};
 use nalgebra::{Rotation3, Vector3};
 
 fn on(body: RigidBodySettings, path: &Path) -> Trajectory {
+    try_on(body, path).unwrap()
+}
+
+fn try_on(body: RigidBodySettings, path: &Path) -> Result<Trajectory, LoadPathError> {
     let config = Config { mesh_preset: MeshPreset::Coarse, rigid_body: body, ..Config::default() };
     let finger = config.finger_for(&[path]).unwrap().0;
     config.check_path(path, &finger).unwrap();
-    follow(&config.problem(&finger), path).unwrap()
+    follow(&config.problem(&finger), path)
+}
+
+/// The path of places with a spin, and the same with `driven` coordinates (slides x and y, depth, spin) driven by the forces and
+/// the moment that it leads to.
+fn driven_by_forces(body: &RigidBodySettings, driven: [bool; 4]) {
+    let places = placed(&[[0.0; 3], [0.8, 0.0, 0.0], [0.8, 0.1, 0.05]]);
+    let turn = |drive, values: Vec<f64>| Turns { spin: Some(Turn { drive, values }), ..Turns::default() };
+    let places = Path { turns: turn(Drive::Displacement, vec![0.0, 0.0, 1.0]), ..places };
+    let found = on(body.clone(), &places);
+    let rows: Vec<[f64; 8]> = (0..3)
+        .map(|k| {
+            let r = at_corner(&found, k);
+            let forces = [r.friction_x_n, r.friction_y_n, r.normal_force_n, r.moment_n_mm[2]];
+            let at = [r.slide_x_mm, r.slide_y_mm, r.depth_mm, r.spin_deg];
+            std::array::from_fn(|k| if k < 4 { at[k] } else { forces[k - 4] })
+        })
+        .collect();
+    let drive = |k: usize| if driven[k] { Drive::Force } else { Drive::Displacement };
+    let value = |row: usize, k: usize| rows[row][if driven[k] { 4 + k } else { k }];
+    let corners: Vec<[f64; 3]> = (0..3).map(|row| [value(row, 2), value(row, 0), value(row, 1)]).collect();
+    let flat = path([drive(2), drive(0), drive(1)], &corners);
+    let spins = (0..3).map(|row| value(row, 3)).collect();
+    let forced = on(body.clone(), &Path { turns: turn(drive(3), spins), ..flat });
+    for row in 1..3 {
+        let r = at_corner(&forced, row);
+        let at = [r.slide_x_mm, r.slide_y_mm, r.depth_mm, r.spin_deg.to_radians() * 3.0];
+        let wanted = [rows[row][0], rows[row][1], rows[row][2], rows[row][3].to_radians() * 3.0];
+        let apart = (0..4).map(|k| (at[k] - wanted[k]).abs()).fold(0.0, f64::max);
+        assert_eq!(r.status, Status::OK);
+        // The two paths lead there in increments of their own, in which a little of the contact slips. A moment that grows evenly
+        // with the depth turns a small contact on a cylinder, which is weak at first, by a degree.
+        let most = if driven[3] && !driven[2] { 0.1 } else { 0.01 };
+        verify(&format!("{:?} driven by forces {driven:?}, row {row}", body.kind), "place (mm)", apart, most);
+    }
+}
+
+/// The equilibrium that is found by places is found by the forces and the moment that hold it there.
+pub fn forces_find_the_places_of_a_ball_and_of_the_plane() {
+    driven_by_forces(&round(BodyKind::Sphere, 10.0, None), [true, true, true, true]);
+    driven_by_forces(&RigidBodySettings::default(), [true, true, true, true]);
+}
+
+/// With one, two and three axes and the moment, on every kind of body.
+pub fn forces_find_the_places_of_every_body() {
+    for body in [
+        RigidBodySettings::default(),
+        round(BodyKind::Sphere, 10.0, None),
+        round(BodyKind::Cylinder, 8.0, Some(30.0)),
+        round(BodyKind::Edge, 4.0, Some(90.0)),
+    ] {
+        for driven in [
+            [true, false, false, false],
+            [false, true, true, false],
+            [true, true, false, false],
+            [true, true, true, false],
+            [false, false, true, true],
+            [true, true, false, true],
+            [true, true, true, true],
+        ] {
+            driven_by_forces(&body, driven);
+        }
+    }
+}
+
+/// A force or a moment that friction does not hold is an error that states both, before the increments are cut to nothing; without
+/// contact friction holds nothing.
+pub fn loads_beyond_friction_are_refused_on_every_body() {
+    let pull = path([Drive::Force, Drive::Force, Drive::Displacement], &[[0.0; 3], [0.1, 0.0, 0.0], [0.1, 0.5, 0.0]]);
+    let spin = Turn { drive: Drive::Force, values: vec![0.0, 0.0, 5.0] };
+    let press =
+        path([Drive::Force, Drive::Displacement, Drive::Displacement], &[[0.0; 3], [0.1, 0.0, 0.0], [0.1, 0.0, 0.0]]);
+    let twist = Path { turns: Turns { spin: Some(spin), ..Turns::default() }, ..press };
+    let (ball, edge) = (round(BodyKind::Sphere, 10.0, None), round(BodyKind::Edge, 4.0, Some(90.0)));
+    for (body, path, about) in [(&ball, &pull, 0.134), (&ball, &twist, 0.208), (&edge, &pull, 0.11)] {
+        let mut error = try_on(body.clone(), path).unwrap_err();
+        let cost = error.take_reached().cost;
+        let (wanted, holds) = match error {
+            LoadPathError::BeyondFriction { wanted_n, holds_n, row: 2, .. } => (wanted_n / 0.5, holds_n),
+            LoadPathError::BeyondFrictionMoment { wanted_n_mm, holds_n_mm, row: 2, .. } => {
+                (wanted_n_mm / 5.0, holds_n_mm)
+            }
+            other => panic!("{other}"),
+        };
+        assert_eq!(wanted, 1.0);
+        let case = format!("{:?}, a load beyond friction", body.kind);
+        verify(&case, "off the load that friction holds at a larger force", (holds / about - 1.0).abs(), 0.05);
+        verify(&case, "iterations", f64::from(cost.iterations), 400.0);
+    }
+    let in_air = path([Drive::Displacement, Drive::Force, Drive::Displacement], &[[-1.0, 0.0, 0.0], [-0.5, 0.05, 0.0]]);
+    let error = try_on(round(BodyKind::Sphere, 10.0, None), &in_air).unwrap_err().to_string();
+    assert!(error.contains("0.0500 N, beyond what friction holds here (0.0000 N"), "{error}");
+}
+
+/// A ball between the nodes passes through a face, which ends the run; where faces are larger than its radius the rows say so.
+/// A contact that leaves the heights says so too.
+pub fn bodies_too_sharp_or_too_small_are_flagged() {
+    let press = placed(&[[0.0; 3], [0.6, 0.0, 0.0]]);
+    let error = try_on(round(BodyKind::Sphere, 0.5, None), &press).unwrap_err();
+    assert!(matches!(error, LoadPathError::InsideOut { row: 1, .. }), "{error}");
+    let flags = |trajectory: &Trajectory| at_corner(trajectory, 1).status;
+    assert_eq!(flags(&on(round(BodyKind::Sphere, 1.0, None), &press)), Status::BODY_TOO_SHARP);
+    assert_eq!(flags(&on(round(BodyKind::Sphere, 3.0, None), &press)), Status::OK);
+    // The rounding of an edge across y lies between two rows of nodes.
+    assert_eq!(flags(&on(round(BodyKind::Edge, 0.5, Some(90.0)), &press)), Status::BODY_TOO_SHARP);
+
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+    let finger = config.finger_for(&[&press]).unwrap().0;
+    for (half_mm, expected) in [(1.0, Status::BEYOND_EDGE), (10.0, Status::OK)] {
+        let place = |k: usize| half_mm * (k as f64 / 10.0 - 1.0);
+        let heights = (0..21 * 21).map(|k| -(place(k % 21).powi(2) + place(k / 21).powi(2)) / 40.0).collect();
+        let field = HeightField::new([21; 2], [half_mm / 10.0; 2], [-half_mm; 2], heights).unwrap();
+        let problem = Problem { rigid_body: RigidBody::Heights(field), ..config.problem(&finger) };
+        assert_eq!(flags(&follow(&problem, &press).unwrap()), expected, "{half_mm} mm");
+    }
 }
 
 fn round(kind: BodyKind, radius_mm: f64, axis_deg: Option<f64>) -> RigidBodySettings {
@@ -190,4 +309,54 @@ pub fn bodies_without_their_numbers_are_refused() {
     assert!(refused(kind(BodyKind::Heights)).contains("file is missing"));
     assert!(refused(round(BodyKind::Sphere, 5.0, Some(10.0))).contains("axis_deg = 10"));
     assert!(refused(round(BodyKind::Groove, -5.0, None)).contains("radius_mm = -5"));
+}
+
+/// Input deck of a flat block of 4 x 4 x 3 cells of 1 mm, held at its top, whose bottom may touch.
+fn flat_block() -> String {
+    let node = |i: usize, j: usize, k: usize| 1 + i + 5 * (j + 5 * k);
+    let mut deck = String::from("*NODE\n");
+    for (k, j, i) in (0..4).flat_map(|k| (0..25).map(move |n| (k, n / 5, n % 5))) {
+        deck += &format!("{}, {}.0, {}.0, {k}.0\n", node(i, j, k), i as i32 - 2, j as i32 - 2);
+    }
+    deck += "*ELEMENT, TYPE=C3D8, ELSET=skin\n";
+    for (n, (k, j, i)) in (0..3).flat_map(|k| (0..16).map(move |n| (k, n / 4, n % 4))).enumerate() {
+        let face = |k: usize| {
+            format!("{}, {}, {}, {}", node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k))
+        };
+        deck += &format!("{}, {}, {}\n", n + 1, face(k), face(k + 1));
+    }
+    let list = |from: usize, to: usize| (from..=to).map(|n| format!("{n},\n")).collect::<String>();
+    deck + "*NSET, NSET=proximal_fix\n"
+        + &list(76, 100)
+        + "*ELSET, ELSET=BOT\n"
+        + &list(1, 16)
+        + "*SURFACE, NAME=PAD, TYPE=ELEMENT\nBOT, S1\n"
+}
+
+/// All nodes of a flat pad touch at once; a force that presses it finds the depth that gives this force, and a moment its spin.
+pub fn a_flat_pad_is_pressed_and_turned_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let (deck, settings) = (folder.path().join("block.inp"), folder.path().join("block.toml"));
+    std::fs::write(&deck, flat_block()).unwrap();
+    let soft = "[imported]\nfile = \"block.inp\"\n[imported.sets]\npad = \"PAD\"\n[tissue.bone]\nkind = \"fixed\"\n\
+                [tissue.skin]\nkind = \"elastic\"\nyoung_mpa = 0.3\npoisson = 0.45\n";
+    std::fs::write(&settings, soft).unwrap();
+    let config = Config::read(&settings).unwrap();
+    let run = |path: &Path| follow(&config.problem(&config.finger_for(&[path]).unwrap().0), path).unwrap();
+    let by_depth = run(&placed(&[[0.0; 3], [0.262, 0.0, 0.0], [0.262, 0.3, 0.0]]));
+    let force_n = [1, 2].map(|row| at_corner(&by_depth, row).normal_force_n);
+    let drives = [Drive::Force, Drive::Displacement, Drive::Displacement];
+    let pressed = path(drives, &[[0.0; 3], [force_n[0], 0.0, 0.0], [force_n[1], 0.3, 0.0]]);
+    let by_force = run(&pressed);
+    for row in [1, 2] {
+        let (a, b) = (at_corner(&by_depth, row), at_corner(&by_force, row));
+        verify("a flat pad by force and by depth", "depth (mm)", (a.depth_mm - b.depth_mm).abs(), 1e-3);
+        verify("a flat pad by force and by depth", "friction (N)", (a.friction_x_n - b.friction_x_n).abs(), 2e-3);
+    }
+    let spin = Turn { drive: Drive::Force, values: vec![0.0, 0.0, 0.2] };
+    let pressed = path(drives, &[[0.0; 3], [0.6, 0.0, 0.0], [0.6, 0.0, 0.0]]);
+    let turned = run(&Path { turns: Turns { spin: Some(spin), ..Turns::default() }, ..pressed });
+    let end = at_corner(&turned, 2);
+    assert_eq!((end.status, end.spin_deg > 1.0), (Status::OK, true), "{} degrees", end.spin_deg);
+    verify("a flat pad under a moment", "moment off (N mm)", (end.moment_n_mm[2] - 0.2).abs(), 1e-4);
 }

@@ -27,6 +27,7 @@ mod paths;
 mod poses;
 mod readings;
 mod retuned;
+mod rolling;
 mod rotation;
 mod soft_regions;
 mod sphere;
@@ -147,6 +148,11 @@ macro_rules! for_each_case {
                 gate a_cylinder_that_turns_in_place_slides,
                 nightly the_work_of_closed_paths_is_dissipated,
                 gate bodies_without_their_numbers_are_refused,
+                gate forces_find_the_places_of_a_ball_and_of_the_plane,
+                nightly forces_find_the_places_of_every_body,
+                gate loads_beyond_friction_are_refused_on_every_body,
+                gate bodies_too_sharp_or_too_small_are_flagged,
+                gate a_flat_pad_is_pressed_and_turned_by_force,
             }
             branches "runs that branch off and go on, long steps in steady slip" {
                 gate slides_that_branch_off_one_press_are_the_slides_after_presses_of_their_own_to_the_last_bit,
@@ -206,6 +212,9 @@ macro_rules! for_each_case {
                 gate probes_read_a_uniform_strain,
                 nightly probes_read_the_strain_under_a_hertz_contact,
             }
+            rolling "a rigid cylinder that rolls with creep" {
+                nightly a_cylinder_that_rolls_creeps_as_carter_found,
+            }
             rotation "objectivity: body, plane and path turned together" {
                 gate forces_turn_with_the_body,
                 gate body_plane_and_path_turned_together_give_the_same_contact,
@@ -217,6 +226,7 @@ macro_rules! for_each_case {
             stick "everything sticks after a reversal" {
                 nightly everything_that_keeps_its_pressure_sticks_after_a_reversal,
                 nightly everything_that_keeps_its_pressure_sticks_after_a_reversal_on_a_medium_mesh,
+                nightly everything_sticks_after_a_reversal_on_curved_bodies,
             }
             stress "stress of blocks and of the finger" {
                 gate a_block_under_uniaxial_load,

@@ -2,8 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use crate::{problems::fingers::placed, verify};
-use fingerpad_fe::experiment::Config;
+use crate::{
+    problems::fingers::{follow, placed},
+    verify,
+};
+use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
 use fingerpad_fe::load_path::{Drive, FaceState, Path, Turn, Turns, follow_path};
 use fingerpad_fe::mesh::MeshPreset;
 
@@ -72,6 +75,41 @@ fn sticks_after_reversals(preset: MeshPreset, depth: f64) {
 pub fn everything_that_keeps_its_pressure_sticks_after_a_reversal() {
     sticks_after_reversals(MeshPreset::Coarse, 0.8);
     sticks_after_reversals(MeshPreset::Coarse, 1.2);
+}
+
+/// On curved bodies 1 µm back, or 0.02 degrees: along y, x, 45 degrees, y after x and after a spin.
+pub fn everything_sticks_after_a_reversal_on_curved_bodies() {
+    let round = |kind, radius_mm, axis_deg| RigidBodySettings {
+        kind,
+        radius_mm: Some(radius_mm),
+        axis_deg,
+        ..RigidBodySettings::default()
+    };
+    for body in [round(BodyKind::Sphere, 10.0, None), round(BodyKind::Cylinder, 8.0, Some(30.0))] {
+        for depth in [0.8, 1.2] {
+            let press = [[0.0; 3], [depth, 0.0, 0.0]];
+            let slides = |corners: &[[f64; 2]]| {
+                let slides: Vec<[f64; 3]> = corners.iter().map(|&[x, y]| [depth, x, y]).collect();
+                placed(&[&press[..], &slides].concat())
+            };
+            let cases = [
+                ("x", slides(&[[4.0, 0.0], [3.999, 0.0]])),
+                ("-x", slides(&[[-4.0, 0.0], [-3.999, 0.0]])),
+                ("y", slides(&[[0.0, 5.0], [0.0, 4.999]])),
+                ("-y", slides(&[[0.0, -5.0], [0.0, -4.999]])),
+                ("45 degrees", slides(&[[3.0, 3.0], [2.9993, 2.9993]])),
+                ("y after x", slides(&[[4.0, 0.0], [4.0, 4.0], [4.0, 3.999]])),
+                ("spin", spun(depth, [0.0, 0.0, 25.0, 24.98])),
+            ];
+            for (name, path) in cases {
+                let config = Config { mesh_preset: MeshPreset::Coarse, rigid_body: body.clone(), ..Config::default() };
+                let finger = config.finger_for(&[&path]).unwrap().0;
+                let end = *follow(&config.problem(&finger), &path).unwrap().responses.last().unwrap();
+                let case = format!("{:?}, {depth} mm, {name}, 1 um back", body.kind);
+                verify(&case, "1 - stick ratio", 1.0 - end.stick_ratio, 1e-2);
+            }
+        }
+    }
 }
 
 pub fn everything_that_keeps_its_pressure_sticks_after_a_reversal_on_a_medium_mesh() {

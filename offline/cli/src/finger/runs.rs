@@ -279,6 +279,7 @@ fn run_one(
             mut error @ (LoadPathError::BeyondFriction { .. }
             | LoadPathError::BeyondFrictionMoment { .. }
             | LoadPathError::NotClear { .. }
+            | LoadPathError::InsideOut { .. }
             | LoadPathError::BesidePad { .. }),
         ) => (error.take_reached(), Some(error.to_string())),
     };

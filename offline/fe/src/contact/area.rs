@@ -34,32 +34,32 @@ pub(super) struct PartChange {
 }
 
 /// A face with the places of its corners on the rigid body, laid flat, and their levels.
-struct Corners {
+pub(super) struct Corners {
     place: Vec<Vector2<f64>>,
     level: Vec<f64>,
-    /// The two axes along which the places are given, rigid body's frame.
-    axes: [Vector3<f64>; 2],
 }
 
 impl Corners {
     /// On a plane the places are those on it. On a curved body they are on the tangent plane at the middle of the face, as far
     /// from the middle as along an arc of the body.
-    fn of(facet: &Facet, spots: &[Spot], level: &[f64]) -> Self {
-        let corners = facet.corners();
-        let level = corners.iter().map(|&n| level[n]).collect();
-        let of_body = |n: usize| &spots[n];
-        if corners.iter().all(|&n| of_body(n).normal == Vector3::z()) {
-            let place = corners.iter().map(|&n| of_body(n).point.xy()).collect();
-            return Self { place, level, axes: [Vector3::x(), Vector3::y()] };
+    pub(super) fn of(facet: &Facet, spots: &[Spot], level: &[f64]) -> Self {
+        let spot: Vec<Spot> = facet.corners().iter().map(|&n| spots[n]).collect();
+        Self::at(&spot, facet.corners().iter().map(|&n| level[n]).collect())
+    }
+
+    /// The same of a face whose corners are at these spots.
+    fn at(spots: &[Spot], level: Vec<f64>) -> Self {
+        if spots.iter().all(|spot| spot.normal == Vector3::z()) {
+            let place = spots.iter().map(|spot| spot.point.xy()).collect();
+            return Self { place, level };
         }
-        let share = 1.0 / corners.len() as f64;
-        let normal = corners.iter().map(|&n| of_body(n).normal).sum::<Vector3<f64>>().normalize();
-        let middle = corners.iter().map(|&n| of_body(n).point * share).sum::<Vector3<f64>>();
+        let share = 1.0 / spots.len() as f64;
+        let normal = spots.iter().map(|spot| spot.normal).sum::<Vector3<f64>>().normalize();
+        let middle = spots.iter().map(|spot| spot.point * share).sum::<Vector3<f64>>();
         let axes = tangents(&normal);
-        let place = corners
+        let place = spots
             .iter()
-            .map(|&n| {
-                let Spot { point, normal: there, .. } = of_body(n);
+            .map(|Spot { point, normal: there, .. }| {
                 let arm = point - middle;
                 let cos = there.dot(&normal).clamp(-1.0, 1.0);
                 let sin = (1.0 - cos * cos).sqrt();
@@ -67,7 +67,7 @@ impl Corners {
                 Vector2::new(axes[0].dot(&arm), axes[1].dot(&arm)) * longer
             })
             .collect();
-        Self { place, level, axes }
+        Self { place, level }
     }
 
     /// The part of the face inside the contour, shared among the corners that touch.
@@ -85,16 +85,24 @@ impl Corners {
         parts
     }
 
-    /// Half the difference of the parts between two values of one number, a step to either side of it.
-    fn change(&mut self, facet: &Facet, step: f64, number: impl Fn(&mut Self) -> &mut f64) -> [f64; 4] {
-        let at = *number(self);
-        *number(self) = at + step;
-        let up = self.parts(facet);
-        *number(self) = at - step;
-        let down = self.parts(facet);
-        *number(self) = at;
-        std::array::from_fn(|k| (up[k] - down[k]) / (2.0 * step))
+    /// Whether a part of the face has a negative area.
+    pub(super) fn is_inside_out(&self, facet: &Facet) -> bool {
+        facet.least_triangle_area(&self.place) < 0.0
     }
+
+    /// The parts with the level of a corner moved.
+    fn parts_at_level(&mut self, facet: &Facet, corner: usize, step: f64) -> [f64; 4] {
+        let at = self.level[corner];
+        self.level[corner] = at + step;
+        let parts = self.parts(facet);
+        self.level[corner] = at;
+        parts
+    }
+}
+
+/// Derivative from the values a step to either side.
+fn difference(up: [f64; 4], down: [f64; 4], step: f64) -> [f64; 4] {
+    std::array::from_fn(|k| (up[k] - down[k]) / (2.0 * step))
 }
 
 impl Surface {
@@ -119,24 +127,30 @@ impl Surface {
     }
 
     /// Derivatives of [`Self::areas_at`] over the places, by differences.
-    ///
-    /// On a curved body the tangent plane on which a face is flattened is kept constant, so that the derivatives are
-    /// not exact there; the error is of the order of the size of a face over the radius.
     pub(super) fn area_changes(&self, last: &ContactState, spots: &[Spot]) -> Vec<PartChange> {
         let level = self.level_at(last, spots);
         let mut changes = Vec::new();
         for facet in self.touching_facets(&level) {
-            let mut face = Corners::of(facet, spots, &level);
             let corners = facet.corners();
+            let mut spot: Vec<Spot> = corners.iter().map(|&n| spots[n]).collect();
+            let mut face = Corners::of(facet, spots, &level);
             let size = (face.place[1] - face.place[0]).norm();
             let highest = face.level.iter().fold(0.0, |a: f64, l| a.max(l.abs()));
             for (c, &by) in corners.iter().enumerate() {
-                let along =
-                    |face: &mut Corners, k: usize| face.change(facet, PLACE_STEP * size, |f| &mut f.place[c][k]);
-                let (by_x, by_y) = (along(&mut face, 0), along(&mut face, 1));
-                let by_level = face.change(facet, LEVEL_STEP * highest, |f| &mut f.level[c]);
+                let step = PLACE_STEP * size;
+                let mut moved = |by: f64, axis: &Vector3<f64>| {
+                    spot[c] = spots[corners[c]].moved_along(&(axis * by));
+                    let parts = Corners::at(&spot, face.level.clone()).parts(facet);
+                    spot[c] = spots[corners[c]];
+                    parts
+                };
+                let axes = spots[by].tangents();
+                let [by_x, by_y] = axes.map(|axis| difference(moved(step, &axis), moved(-step, &axis), step));
+                let step = LEVEL_STEP * highest;
+                let by_level =
+                    difference(face.parts_at_level(facet, c, step), face.parts_at_level(facet, c, -step), step);
                 let slope = self.level_slope(by, level[by]);
-                let (axes, normal) = (face.axes, spots[by].normal);
+                let normal = spots[by].normal;
                 changes.extend(corners.iter().enumerate().map(|(k, &node)| PartChange {
                     node,
                     by,

@@ -23,6 +23,18 @@ impl Facet {
         }
     }
 
+    /// Area of the smallest of the triangles that the face is taken as, mm²; negative where they overlap.
+    pub fn least_triangle_area(&self, place: &[Vector2<f64>]) -> f64 {
+        match self {
+            Self::Triangle(_) => triangle_area([place[0], place[1], place[2]]),
+            Self::Quad(_) => {
+                let centre = (place[0] + place[1] + place[2] + place[3]) * 0.25;
+                let areas = (0..4).map(|k| triangle_area([place[k], place[(k + 1) % 4], centre]));
+                areas.fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
     /// Area of the part of the face where `level` (one value a corner) is positive, as shares of the corners: the
     /// integrals of their shape functions over that part. `place` are the corners in the plane, mm; shares are mm².
     pub fn shares(&self, place: &[Vector2<f64>], level: &[f64]) -> [f64; 4] {

@@ -76,6 +76,26 @@ impl HeightField {
         self.at(x, y).0
     }
 
+    /// Whether (x, y) lies within the grid.
+    pub fn covers(&self, x: f64, y: f64) -> bool {
+        [x, y].iter().enumerate().all(|(k, place)| {
+            let end = self.origin_mm[k] + self.spacing_mm[k] * (self.nodes[k] - 1) as f64;
+            (self.origin_mm[k]..=end).contains(place)
+        })
+    }
+
+    /// Least radius of curvature at the nodes, mm; infinite for a flat field.
+    pub fn least_radius_mm(&self) -> f64 {
+        let [nx, ny] = self.nodes;
+        let place = |k: usize, i: usize| self.origin_mm[k] + self.spacing_mm[k] * i as f64;
+        let nodes = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
+        let curvatures = nodes.map(|(i, j)| {
+            let (x, y) = (place(0, i), place(1, j));
+            self.spot(&Vector3::new(x, y, self.height_mm(x, y))).most_curvature()
+        });
+        1.0 / curvatures.fold(0.0, f64::max)
+    }
+
     /// The spot of a place.
     pub(super) fn spot(&self, y: &Vector3<f64>) -> Spot {
         spot_of_graph(|x, y| self.at(x, y), y)
@@ -204,6 +224,24 @@ mod tests {
         }
         // Beyond the border its heights go on.
         assert_eq!(field.height_mm(90.0, 0.1), field.height_mm(4.0, 0.1));
+    }
+
+    #[test]
+    fn its_least_radius_is_that_of_a_ball_and_it_covers_its_grid() {
+        let place = |k: usize| 0.25 * k as f64 - 2.5;
+        let ball = |x: f64, y: f64| (64.0 - x * x - y * y).sqrt() - 8.0;
+        let heights = (0..21).flat_map(|j| (0..21).map(move |i| (i, j))).map(|(i, j)| ball(place(i), place(j)));
+        // A height more at a middle node: a peak that is much sharper.
+        let heights: Vec<f64> = heights.collect();
+        let field = |heights| HeightField::new([21; 2], [0.25; 2], [-2.5; 2], heights).unwrap();
+        let inner = field(heights.clone());
+        let at = inner.spot(&Vector3::new(0.3, 0.4, inner.height_mm(0.3, 0.4)));
+        assert!((at.most_curvature() - 1.0 / 8.0).abs() < 1e-3, "{}", at.most_curvature());
+        let mut peaked = heights;
+        peaked[10 * 21 + 10] += 0.1;
+        let least_mm = field(peaked).least_radius_mm();
+        assert!(least_mm < 0.25, "{least_mm}");
+        assert!(inner.covers(2.5, -2.5) && !inner.covers(2.6, 0.0) && !inner.covers(0.0, -2.51));
     }
 
     #[test]

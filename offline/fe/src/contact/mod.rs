@@ -10,6 +10,7 @@ mod law;
 pub mod plane;
 mod reach;
 mod rigid;
+mod sharpness;
 mod state;
 mod surface;
 
@@ -20,5 +21,6 @@ pub use law::{FrictionLaw, LawError, RubberFriction, Sliding};
 pub use plane::{Coordinates, Frame, Plane, Twist};
 pub use reach::{Outline, Reach};
 pub use rigid::{BodyShapeError, RIGHT_ANGLE_DEG, RigidBody, Spot};
+pub use sharpness::Sharpness;
 pub use state::{ContactState, Friction, NodeState, PenaltySettings, Totals};
 pub use surface::{Evaluation, NodeTangent, Pad, Surface, Tangential};

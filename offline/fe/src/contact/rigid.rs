@@ -69,6 +69,19 @@ impl Spot {
         tangents(&self.normal)
     }
 
+    /// The larger of the body's two curvatures there, either sign, 1/mm.
+    pub fn most_curvature(&self) -> f64 {
+        // Near the surface, where the gap changes the derivative of the normal little.
+        self.bend.symmetric_eigenvalues().amax()
+    }
+
+    /// The spot of a place that is farther by the small `step` along the surface.
+    pub fn moved_along(&self, step: &Vector3<f64>) -> Self {
+        let turn = self.bend * step;
+        let normal = if turn == Vector3::zeros() { self.normal } else { (self.normal + turn).normalize() };
+        Self { point: self.point + step - turn * self.gap_mm, normal, ..*self }
+    }
+
     /// The place at another distance from the same point of the surface.
     pub fn at_gap(&self, gap_mm: f64) -> Vector3<f64> {
         self.point + self.normal * gap_mm
@@ -136,6 +149,18 @@ impl RigidBody {
     /// Whether it is the plane.
     pub fn is_plane(&self) -> bool {
         *self == Self::Plane
+    }
+
+    /// Least radius of its curvature, mm; infinite for a plane.
+    pub fn least_radius_mm(&self) -> f64 {
+        match *self {
+            Self::Plane => f64::INFINITY,
+            Self::Sphere { radius_mm }
+            | Self::Cylinder { radius_mm, .. }
+            | Self::Edge { radius_mm, .. }
+            | Self::Groove { radius_mm, .. } => radius_mm.abs(),
+            Self::Heights(ref heights) => heights.least_radius_mm(),
+        }
     }
 
     /// Whether a part of it is hollow, so that the finger need not touch it at its apex first.

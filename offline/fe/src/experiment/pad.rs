@@ -35,8 +35,8 @@ impl Config {
         let (fingertip, _) = self.fingertip()?;
         let touch = fingertip.touch;
         // A driven force leaves the depth open: the height of the pad is then that of the geometry, which covers any
-        // pose.
-        let height_mm = deepest_mm(paths).map_or(fingertip.pad_height_mm(), pad_height_mm);
+        // pose. A flat pad has none.
+        let height_mm = deepest_mm(paths).map_or(fingertip.pad_height_mm().max(PAD_MARGIN_MM), pad_height_mm);
         let body = self.rigid_body.read()?;
         if body.is_plane() {
             let rotations = rotations(paths, neutral_pitch_deg(&touch));

@@ -7,6 +7,7 @@
 mod beside_pad;
 mod checkpoint;
 mod clearance;
+mod driven;
 mod finger;
 mod follow;
 mod friction_limit;

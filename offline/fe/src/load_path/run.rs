@@ -10,8 +10,9 @@ use cpu_time::ThreadTime;
 use fingerpad::Status;
 use nalgebra::Vector3;
 
-use self::segment::check;
+use self::segment::{Point, check};
 use super::checkpoint::{Checkpoint, Saves};
+use super::driven;
 use super::friction_limit::{self, FrictionLimit};
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
@@ -20,13 +21,21 @@ use super::stepping::{Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
 use crate::assembly::Configuration;
 use crate::contact::{Coordinates, Friction, FrictionLaw, Plane, RubberFriction, plane};
-use crate::solve::{FactorRecord, SolveError, Solver, State, Stats};
+use crate::solve::{Axis, FactorRecord, SolveError, Solver, State, Stats};
 
 /// How step sizes follow from the iterations; a size of 1 is the largest step of [`super::LoadSettings`] but in steady slip.
 const STEPS: StepRule =
     StepRule { easy_iterations: 6, after_hard: 0.6, cut: 0.4, limit_point_below: 5e-3, after_limit_point: 0.2 };
 /// Least size of the first step of a row.
 const LEAST_FIRST_SIZE: f64 = 0.1;
+/// Share of a normal force by which its target may exceed it and count as the same.
+const FORCE_ROUNDING: f64 = 1e-3;
+/// Iterations without progress after which an increment under a driven force along the plane is cut.
+const IDLE_ITERATIONS: u32 = 6;
+/// Factor on a load below which friction surely does not hold it: its limit changes little with the pressures.
+const SURELY_BEYOND: f64 = 0.9;
+/// Size of a step above which one that friction is predicted not to hold is not tried.
+const LEAST_PREDICTED: f64 = 0.05;
 /// Share of the strength that must be used for a failed step to count as the limit of friction.
 const USED_STRENGTH: f64 = 0.9;
 
@@ -41,6 +50,8 @@ pub(super) struct RunState {
     /// Largest size of a step at present: 1, and more in steady slip.
     largest_size: f64,
     pub state: State,
+    /// Whether coordinates that a force or a moment drives are held, since contact does not carry them yet.
+    is_held: bool,
     time_s: f64,
     /// The state before the last increment and the size of that increment, for extrapolation.
     before: Option<(Configuration, Plane, f64)>,
@@ -88,7 +99,12 @@ impl<'a, 'p> Run<'a, 'p> {
         let plane = Plane::new(std::array::from_fn(|k| if drives[k] == Drive::Displacement { start[k] } else { 0.0 }));
         let friction = problem.friction.map_or(Friction::Off, Friction::On);
         let model = problem.model(path);
-        let mut solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, problem.settings);
+        let mut settings = problem.settings;
+        if drives[plane::X] == Drive::Force || drives[plane::Y] == Drive::Force || drives[plane::SPIN] == Drive::Force {
+            // Most steps without equilibrium lead beyond friction; a shorter one finds out faster than a long search.
+            settings.max_idle_iterations = settings.max_idle_iterations.min(IDLE_ITERATIONS);
+        }
+        let mut solver = Solver::new(model.body, model.pad_faces, friction, problem.penalty, settings);
         solver.set_rigid_body(problem.rigid_body.clone(), problem.outline.clone(), &plane);
         let state = solver.initial_state(plane);
         let mut run = Self {
@@ -105,6 +121,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 standing: Standing { done: 0.0, size: 1.0 },
                 largest_size: 1.0,
                 state,
+                is_held: true,
                 time_s: path.waypoints[0].t_s,
                 before: None,
                 length_done: 0.0,
@@ -280,6 +297,12 @@ impl<'a, 'p> Run<'a, 'p> {
         ((self.run.length_done + self.run.standing.done) / self.length).min(1.0)
     }
 
+    /// Whether a force along the contact or a moment is driven, and to another value than 0 at this place.
+    fn drives_a_force_along(&self, at: &Coordinates) -> bool {
+        let drives = self.path.coordinate_drives();
+        (0..6).any(|k| k != plane::DEPTH && drives[k] == Drive::Force && at[k] != 0.0)
+    }
+
     fn record(&mut self) {
         let response = response(self.problem, &self.model, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
@@ -310,23 +333,52 @@ impl<'a, 'p> Run<'a, 'p> {
             || self.problem.obstacles.iter().any(|x| body.spot(&frame.to_plane(x)).gap_mm <= 0.0)
     }
 
-    /// Refuses a driven load along the plane that the contact, which slips nearly everywhere, cannot hold.
-    fn check_friction(&mut self, share: f64) -> Result<(), LoadPathError> {
+    /// Factor on the load along the plane of a point up to which friction at the present pressures holds it; infinite where
+    /// the pressures grow on the way to the point.
+    fn friction_factor(&self, limit: &FrictionLimit, point: &Point) -> f64 {
         let state = &self.run.state;
+        let presses_on = match self.target(point).0[plane::DEPTH] {
+            Axis::Displacement(depth) => depth > state.contact.plane.at[plane::DEPTH],
+            // The force of a model of half the finger is half of it.
+            Axis::Force(force) => force > (1.0 + FORCE_ROUNDING) * state.totals.force.z,
+        };
+        if presses_on { f64::INFINITY } else { limit.factor(&along(point.at)) }
+    }
+
+    fn friction_limit(&self) -> Option<FrictionLimit> {
         let driven = friction_limit::driven(&self.path.coordinate_drives());
-        // Of a curved body the strengths are not along one plane.
-        let flat = self.problem.rigid_body.is_plane();
-        if !(flat && driven.contains(&true) && state.totals.force.z > 0.0) {
-            return Ok(());
-        }
-        let copies = self.model.copies();
-        let limit = FrictionLimit::of(self.solver.surface(), self.solver.friction(), state, copies, driven);
-        let wanted = |at: Coordinates| Vector3::new(at[plane::X], at[plane::Y], at[plane::SPIN]);
-        let (next, end) = (wanted(self.point(share).at), wanted(self.corner(self.run.row)));
-        if limit.factor(&next) >= 1.0 || limit.used(state, copies) < USED_STRENGTH {
+        let (surface, copies) = (self.solver.surface(), self.model.copies());
+        let limit = || FrictionLimit::of(surface, self.solver.friction(), &self.run.state, copies, driven);
+        driven.contains(&true).then(limit)
+    }
+
+    /// Whether a step is not worth a trial: friction does not hold the load that it leads to.
+    fn is_beyond_friction(&self, point: &Point) -> bool {
+        !self.run.is_held && self.friction_limit().is_some_and(|limit| self.friction_factor(&limit, point) < 1.0)
+    }
+
+    /// Refuses a driven load along the plane that friction cannot hold, after a step that failed for `error`.
+    fn check_friction(&mut self, share: f64, error: &SolveError) -> Result<(), LoadPathError> {
+        let Some(limit) = self.friction_limit().filter(|_| *error != SolveError::BeyondStrength) else { return Ok(()) };
+        let (state, copies) = (&self.run.state, self.model.copies());
+        let (next, last) = (self.point(share), self.point(1.0));
+        let end = along(last.at);
+        let is_in_air = *error == SolveError::OutOfContact && !driven::touches(state);
+        // The walls of a hollow body may take what friction does not hold.
+        let fails = if self.problem.rigid_body.may_be_hollow() && !is_in_air {
+            self.friction_factor(&limit, &next) < 1.0
+                && limit.used(state, copies) >= USED_STRENGTH
+                && (share * self.row_length - self.run.standing.done) < LEAST_PREDICTED
+        } else {
+            self.friction_factor(&limit, &next) < 1.0 && limit.used(state, copies) >= USED_STRENGTH
+                || self.friction_factor(&limit, &last) < SURELY_BEYOND
+                || is_in_air && limit.factor(&end) < 1.0
+        };
+        if !fails {
             return Ok(());
         }
         let (t_s, row, normal_force_n) = (self.run.time_s, self.run.row, copies * state.totals.force.z);
+        let driven = friction_limit::driven(&self.path.coordinate_drives());
         let holds = limit.factor(&end);
         let force = driven[0].then_some(end.x).into_iter().chain(driven[1].then_some(end.y));
         let force_n = force.map(|f| f * f).sum::<f64>().sqrt();
@@ -346,6 +398,11 @@ impl<'a, 'p> Run<'a, 'p> {
             LoadPathError::BeyondFriction { t_s, row, wanted_n: force_n, holds_n, normal_force_n, reached }
         })
     }
+}
+
+/// Loads along x, along y and about the normal.
+fn along(at: Coordinates) -> Vector3<f64> {
+    Vector3::new(at[plane::X], at[plane::Y], at[plane::SPIN])
 }
 
 /// Integral of a law's strength over the pressure of a state, N.

@@ -227,6 +227,23 @@ pub enum LoadPathError {
         /// The rows up to there.
         reached: Box<Trajectory>,
     },
+    /// A face of the finger is inside out on the rigid body.
+    #[error(
+        "row {row}: the rigid body, whose radius is {radius_mm:.2} mm there, has passed through a face of {face_mm:.2} mm \
+         between its nodes (t = {t_s:.4} s); take a finer mesh, whose faces are at most half as large as the radius"
+    )]
+    InsideOut {
+        /// Time of the last row, s.
+        t_s: f64,
+        /// Row of the path that was being approached (0 is the start).
+        row: usize,
+        /// Size of the face, mm.
+        face_mm: f64,
+        /// Radius of the body's curvature, mm.
+        radius_mm: f64,
+        /// The rows up to there.
+        reached: Box<Trajectory>,
+    },
     /// The state of the run cannot be saved.
     #[error(transparent)]
     Checkpoint(#[from] fingerpad_formats::Error),
@@ -251,6 +268,7 @@ impl LoadPathError {
             | Self::BeyondFrictionMoment { reached, .. }
             | Self::NotClear { reached, .. }
             | Self::BesidePad { reached, .. }
+            | Self::InsideOut { reached, .. }
             | Self::Interrupted { reached } => std::mem::take(reached),
             Self::Path(_) | Self::Checkpoint(_) => Trajectory::default(),
         }

@@ -135,10 +135,15 @@ impl ContactSubproblem<'_> {
             *f -= shift * x;
         }
         let mut h: Vec<f64> = x.iter().zip(self.y).map(|(x, y)| x - y).collect();
-        self.factor.add_compliance_times(&force, &mut h);
+        // Far from the solution nodes may touch whose compliance is missing.
+        let is_far = force[..self.factor.compliant_from()].iter().any(|force| *force != 0.0);
+        if !is_far {
+            self.factor.add_compliance_times(&force, &mut h);
+        }
         let balance =
             imbalance(&evaluation.wrench, &self.force_target, self.surface.size_mm()).map(|force| force * force_scale);
-        let norm = (h.iter().map(|v| v * v).sum::<f64>() + balance.iter().map(|v| v * v).sum::<f64>()).sqrt();
+        let square = h.iter().map(|v| v * v).sum::<f64>() + balance.iter().map(|v| v * v).sum::<f64>();
+        let norm = if is_far { f64::INFINITY } else { square.sqrt() };
         Trial { x, plane, positions, evaluation, force, h, balance, norm }
     }
 

@@ -39,6 +39,10 @@ const FOLLOWED_ITERATIONS: usize = 15;
 /// Share of the contact area by which the parts that were held may be off at equilibrium.
 const AREA_ERROR: f64 = 0.02;
 
+/// The same on a curved body, where the parts are held more often. Parts that are off move strength from node to node in the
+/// next increment: after a reversal, 1 % of the area slips a contact by a micrometre that should stick.
+const AREA_ERROR_OF_CURVED: f64 = 1e-4;
+
 /// How often parts that are off at equilibrium are recomputed before an increment is abandoned.
 const AREA_RENEWALS: u32 = 4;
 
@@ -104,7 +108,10 @@ impl Solver<'_> {
         watch: Watch,
     ) -> Result<State, SolveError> {
         self.contact_factor = KeptFactor::default();
-        self.plane_gives_way = [DEPTH, PITCH, ROLL].iter().any(|&k| increment.force_target[k].is_some());
+        // A curved body comes nearer by a slide too.
+        let is_plane = self.surface.body().is_plane();
+        let nears = |k: usize| !is_plane || [DEPTH, PITCH, ROLL].contains(&k);
+        self.plane_gives_way = (0..6).any(|k| nears(k) && increment.force_target[k].is_some());
         let had_factor = self.factor_is_set;
         let mut found = self.search(increment, guess.clone(), true, stats, watch);
         if had_factor && matches!(found, Err(SolveError::Stiffness(_) | SolveError::Body(_))) {
@@ -150,7 +157,8 @@ impl Solver<'_> {
             if converged(&residual) {
                 // Parts that were held while the contact opened for an iteration belong to no equilibrium.
                 let areas = self.areas(&iterate, increment.last);
-                if !iterate.held_areas.as_ref().is_some_and(|held| are_off(held, &areas)) {
+                let off = iterate.held_areas.as_ref().map_or(0.0, |held| share_off(held, &areas));
+                if off <= self.area_error() || renewals == AREA_RENEWALS && off <= AREA_ERROR {
                     return Ok(self.committed(iterate, increment.last));
                 }
                 if renewals == AREA_RENEWALS {
@@ -182,6 +190,11 @@ impl Solver<'_> {
             convergence.was_cut = !whole;
             convergence.iteration += 1;
         }
+    }
+
+    /// Share of the contact area by which parts that were held should be off at most.
+    fn area_error(&self) -> f64 {
+        if self.surface.body().is_plane() { AREA_ERROR } else { AREA_ERROR_OF_CURVED }
     }
 
     /// The state of an iterate in equilibrium.
@@ -409,10 +422,10 @@ impl Solver<'_> {
     }
 }
 
-/// Whether parts of the contact area that were held differ too much from those at equilibrium.
-fn are_off(held: &[f64], now: &[f64]) -> bool {
+/// Share of the contact area by which parts that were held differ from those at equilibrium.
+fn share_off(held: &[f64], now: &[f64]) -> f64 {
     let difference: f64 = held.iter().zip(now).map(|(a, b)| (a - b).abs()).sum();
-    difference > AREA_ERROR * now.iter().sum::<f64>()
+    difference / now.iter().sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 /// Calls `watch`, which may end the search.

@@ -131,6 +131,15 @@ pub enum SolveError {
         /// Work that neither the finger nor friction has.
         lost_mj: f64,
     },
+    /// A force-driven body without contact.
+    #[error("the rigid body leaves the finger, or does not reach it, under the driven forces")]
+    OutOfContact,
+    /// Driven coordinates that could not be released to their forces.
+    #[error("the contact does not carry the driven forces: the rigid body would slip off the finger")]
+    NotReleased,
+    /// A driven load that was not tried.
+    #[error("friction at the present pressures does not hold the driven load")]
+    BeyondStrength,
     /// The body failed.
     #[error(transparent)]
     Body(#[from] BodyError),

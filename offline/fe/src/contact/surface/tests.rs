@@ -198,31 +198,33 @@ fn around(surface: &Surface, plane: &Plane, noise: impl Fn(usize, usize) -> f64)
         .collect()
 }
 
-/// On curved bodies too, in all six coordinates; the parts of the area are held, whose change is not exact there.
+/// On curved bodies too, in all six coordinates, with parts of the area that are held and with parts that follow the nodes.
 #[test]
 fn derivatives_on_curved_bodies_are_those_of_the_forces() {
     let stick = Friction::On(RubberFriction { gamma_crit_mm: 10.0, ..RubberFriction::default() });
     let slip = Friction::On(RubberFriction { gamma_crit_mm: 1e-4, ..RubberFriction::default() });
     for body in curved() {
         for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both")] {
-            for pose in POSES {
+            let areas = vec![0.9; 25];
+            for (pose, parts) in
+                POSES.into_iter().flat_map(|pose| [(pose, Parts::Held(&areas)), (pose, Parts::Followed)])
+            {
                 let mut surface = patch();
                 let before = Plane::new(pose);
                 surface.set_rigid_body(body.clone(), None, &before);
-                let areas = vec![0.9; 25];
                 let start = around(&surface, &before, |n, k| 0.004 * scatter(n, k));
                 let state = surface.initial_state(&start, before);
                 let (last, _) = surface.commit(&law, &state, &areas, &start, before);
                 let way = [0.02, 0.01, 0.0, 0.03, 0.002, -0.003];
                 let plane = before.moved_to(std::array::from_fn(|k| pose[k] + way[k]));
                 let place = around(&surface, &plane, |n, k| 0.005 * scatter(n + 7, k));
-                let parts = Parts::Held(&areas);
                 let forces = |place: &[Vector3<f64>], plane: &Plane, tangent: bool| {
                     surface.evaluate(&law, &last, parts, place, plane, Tangential::Law, tangent)
                 };
                 let exact = forces(&place, &plane, true);
                 let touching = exact.residual.iter().filter(|force| force.norm() > 0.0).count();
                 assert!(touching > 5, "{name}, {body:?}: {touching} nodes touch");
+                let name = format!("{name}, {parts:?}");
                 let foot = surface.frame(&plane).foot();
                 const H: f64 = 1e-6;
                 let compare = |what: &str, numeric: &dyn Fn(f64) -> Vec<Vector3<f64>>, exact: &[Vector3<f64>]| {
@@ -251,6 +253,17 @@ fn derivatives_on_curved_bodies_are_those_of_the_forces() {
                     let mut column = vec![Vector3::zeros(); 25];
                     exact.tangents.iter().for_each(|t| column[t.node] += t.block.column(k));
                     compare(&format!("nodes along {k}"), &numeric, &column);
+                }
+                for by in 0..25 {
+                    let way = Vector3::from_fn(|k, _| scatter(by + 100, k));
+                    let numeric = |h: f64| {
+                        let mut moved = place.clone();
+                        moved[by] += way * h;
+                        forces(&moved, &plane, false).residual
+                    };
+                    let mut column = vec![Vector3::zeros(); 25];
+                    exact.tangents.iter().filter(|t| t.by == by).for_each(|t| column[t.node] += t.block * way);
+                    compare(&format!("node {by}"), &numeric, &column);
                 }
             }
         }

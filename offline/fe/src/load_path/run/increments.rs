@@ -1,8 +1,9 @@
 //! The increments of a run: attempts, cut-backs, passages of limit points.
 
-use super::Run;
-use crate::contact::{Friction, plane};
+use super::{LEAST_PREDICTED, Run};
+use crate::contact::{Friction, Sharpness, plane};
 use crate::load_path::beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
+use crate::load_path::driven;
 use crate::load_path::limit_point::{LimitPointRule, check_no_jump, pass_limit_point, plane_work_mj_between};
 use crate::load_path::settings::{LoadPathError, Progress};
 use crate::load_path::stepping::{FailedStep, LoadSteps, Standing};
@@ -23,23 +24,40 @@ impl LoadSteps for Run<'_, '_> {
         }
         let (target, guess) = (self.target(&point), self.guess(size));
         let mut stats = Stats::default();
-        let next =
-            self.solve(&mut stats, |solver, run, stats, watch| solver.step(&run.state, target, guess, stats, watch))?;
-        check_no_jump(&self.solver, &self.run.state, &next, &target)?;
-        let largest_size = self.largest_size_after(&next);
+        if size > LEAST_PREDICTED && self.is_beyond_friction(&point) {
+            return Err(SolveError::BeyondStrength);
+        }
+        let driven::Step { states, is_held } = self.solve(&mut stats, |solver, run, stats, watch| {
+            driven::step(solver, &run.state, run.is_held, target, guess, stats, watch)
+        })?;
+        let end = states.last().expect("at least one");
+        let lacks_force = is_held && (driven::touches(end) || self.drives_a_force_along(&point.at));
+        if share == 1.0 && lacks_force {
+            return Err(if driven::touches(end) { SolveError::NotReleased } else { SolveError::OutOfContact });
+        }
+        check_no_jump(&self.solver, states.iter().rev().nth(1).unwrap_or(&self.run.state), end, &target)?;
+        let largest_size = self.largest_size_after(end);
         let run = &mut self.run;
         run.largest_size = largest_size;
+        run.is_held = is_held;
+        if lacks_force {
+            run.status = run.status.with(Status::LOAD_NOT_REACHED);
+        }
         let copies = self.model.copies();
-        run.trajectory.work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
-        run.trajectory.work.friction_mj += copies * next.totals.dissipation;
-        run.trajectory.work.pressure_mj += copies * next.totals.elastic_energy_by_pressure;
+        let start = (run.state.configuration.clone(), run.state.contact.plane, size);
+        for next in states {
+            let (work, cost) = (&mut run.trajectory.work, &mut run.trajectory.cost);
+            work.plane_mj += copies * plane_work_mj_between(&self.solver, &run.state, &next);
+            work.friction_mj += copies * next.totals.dissipation;
+            work.pressure_mj += copies * next.totals.elastic_energy_by_pressure;
+            cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
+            cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
+            run.state = next;
+        }
         let cost = &mut run.trajectory.cost;
-        cost.max_penetration_mm = cost.max_penetration_mm.max(next.totals.penetration);
-        cost.min_dissipation_mj = cost.min_dissipation_mj.min(next.totals.min_dissipation_mj);
         cost.max_residual = cost.max_residual.max(stats.residual);
         cost.increments += 1;
-        let before = std::mem::replace(&mut run.state, next);
-        run.before = Some((before.configuration, before.contact.plane, size));
+        run.before = Some(start);
         run.time_s = point.t_s;
         Ok(stats.iterations)
     }
@@ -54,7 +72,7 @@ impl LoadSteps for Run<'_, '_> {
         }
         self.run.trajectory.cost.cutbacks += 1;
         self.run.before = None;
-        self.check_friction(share)
+        self.check_friction(share, error)
     }
 
     fn exceeds_iteration_budget(&self) -> bool {
@@ -70,6 +88,10 @@ impl LoadSteps for Run<'_, '_> {
         });
         let Ok(passage) = passage else { return Err(self.interrupted()) };
         let Some(passage) = passage else { return Ok(false) };
+        // Without contact nothing resists a driven force.
+        if !driven::touches(&passage.state) && self.drives_a_force_along(&[1.0; 6]) {
+            return Ok(false);
+        }
         let (copies, run) = (self.model.copies(), &mut self.run);
         let work = &mut run.trajectory.work;
         work.plane_mj += copies * passage.plane_work_mj;
@@ -79,6 +101,7 @@ impl LoadSteps for Run<'_, '_> {
         run.trajectory.cost.increments += 1;
         run.status = run.status.with(Status::STABILISED);
         run.state = passage.state;
+        run.is_held = false;
         run.time_s = point.t_s;
         Ok(true)
     }
@@ -122,6 +145,26 @@ impl LoadSteps for Run<'_, '_> {
                 below_mm,
                 reached: self.reached(),
             });
+        }
+        if let Some(Sharpness { face_mm, radius_mm, is_inside_out }) =
+            self.solver.surface().sharpest_contact(&self.run.state.contact)
+        {
+            if is_inside_out {
+                let t_s = self.run.trajectory.responses.last().map_or(0.0, |last| last.t_s);
+                return Err(LoadPathError::InsideOut {
+                    t_s,
+                    row: self.run.row,
+                    face_mm,
+                    radius_mm,
+                    reached: self.reached(),
+                });
+            }
+            if face_mm > radius_mm {
+                self.run.status = self.run.status.with(Status::BODY_TOO_SHARP);
+            }
+        }
+        if self.solver.surface().leaves_heights(&self.run.state.contact) {
+            self.run.status = self.run.status.with(Status::BEYOND_EDGE);
         }
         self.run.standing = standing;
         self.record();

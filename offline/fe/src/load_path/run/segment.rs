@@ -10,9 +10,6 @@ use crate::load_path::steady_slip::{slide, slips_steadily};
 use crate::load_path::{Drive, Path};
 use crate::solve::{Axis, Guess, State, Target};
 
-/// Penetration from which a driven normal force is sought before first touch, mm.
-const FIRST_PENETRATION_MM: f64 = 0.02;
-
 /// Distance from the foot at which turns count as travel, mm: about the radius of a contact.
 const TURN_ARM_MM: f64 = 4.0;
 
@@ -106,13 +103,6 @@ impl Run<'_, '_> {
             }
             guess.configuration = extrapolate(self.model.body, before, &run.state.configuration, ratio);
             guess.follows_plane = true;
-        }
-        if self.path.drives[0] == Drive::Force && run.state.totals.force.z <= 0.0 {
-            // Before first touch a force has no depth.
-            let body = self.solver.surface().body();
-            let gaps = run.state.contact.position.iter().map(|y| body.spot(y).gap_mm);
-            let lowest = gaps.fold(f64::INFINITY, f64::min);
-            guess.plane.at[plane::DEPTH] += lowest + FIRST_PENETRATION_MM;
         }
         guess
     }
