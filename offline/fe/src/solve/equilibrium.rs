@@ -173,7 +173,9 @@ impl Solver<'_> {
             }
             convergence.check(&residual, &self.settings)?;
             if convergence.judge(&residual, &self.settings) {
+                // There is none in this precision yet, even if the search ends here.
                 self.factor.use_double_precision();
+                self.factor_is_set = false;
             }
             if convergence.diverges {
                 return Err(convergence.stalled(&residual, &self.settings));
