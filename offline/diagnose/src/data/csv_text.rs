@@ -170,7 +170,20 @@ impl<'a> CsvRows<'a> {
         let needed = header.iter().rposition(|name| ours(name)).map_or(0, |last| last + 1);
         let (record, decimals) = (csv::StringRecord::new(), Decimals::new(separator));
         let (units_row, cells) = (None, None);
-        Ok(Self { path, reader, compressed, is_workbook, record, header, decimals, units_row, above, encoding, needed, cells })
+        Ok(Self {
+            path,
+            reader,
+            compressed,
+            is_workbook,
+            record,
+            header,
+            decimals,
+            units_row,
+            above,
+            encoding,
+            needed,
+            cells,
+        })
     }
 
     /// Line of the header.

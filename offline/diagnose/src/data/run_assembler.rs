@@ -235,7 +235,8 @@ impl RunAssembler {
     pub fn into_set(mut self, path: PathBuf) -> RunSet {
         let mut runs: Vec<Run> = std::mem::take(&mut self.runs).into_iter().map(|(_, run)| run).collect();
         self.kept = runs.len();
-        for (place, _) in near_copies(&runs).into_iter().enumerate().filter(|(_, copy)| *copy).rev().collect::<Vec<_>>() {
+        for (place, _) in near_copies(&runs).into_iter().enumerate().filter(|(_, copy)| *copy).rev().collect::<Vec<_>>()
+        {
             let copy = runs.remove(place);
             self.near_copies.insert(0, copy.labels.run.clone());
             self.left_out.push((copy.labels.run, copy.line, copy.content));

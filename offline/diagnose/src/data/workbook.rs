@@ -15,7 +15,8 @@ const DAY_S: f64 = 86_400.0;
 /// What is wrong with the workbook and what to do, as a sentence.
 pub fn first_sheet(bytes: Vec<u8>) -> Result<(String, String), String> {
     let advice = "save the sheet as CSV (UTF-8)";
-    let unreadable = |problem: &dyn std::fmt::Display| format!("no Excel workbook that can be read ({problem}): {advice}");
+    let unreadable =
+        |problem: &dyn std::fmt::Display| format!("no Excel workbook that can be read ({problem}): {advice}");
     let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|error| unreadable(&error))?;
     let names = book.sheet_names();
     let name = names.first().ok_or_else(|| unreadable(&"it has no sheet"))?;

@@ -93,9 +93,6 @@ fn report(
     cautions.extend(sections::scatter_caution(decision));
     cautions.extend(sections::too_small_cautions(decision));
     let noise = sections::noise(calibration);
-    if verdict.is_claim() {
-        cautions.extend(sections::clock_cautions(decision));
-    }
     cautions.extend(sections::implausible_cautions(&noise, &effects, holdout));
     let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default()));
     let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, calibrated.lag()));

@@ -2,13 +2,12 @@
 
 use fingerpad_smooth::Parameter;
 
-use crate::data::runs::RunSet;
-use crate::laws::{Column, LawsFile};
+use crate::laws::LawsFile;
 use crate::model::random_effects::RandomEffect;
 use crate::model::residual_sums::ResidualSums;
 use crate::schema::{
-    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Disagreement, EffectFound, IMPLAUSIBLE, LawTest,
-    NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
+    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Disagreement, EffectFound, IMPLAUSIBLE,
+    LawTest, NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
 };
 use crate::selection::lack_of_fit::{LEAST_SIZE, SCATTER_LEVEL};
 use crate::statistics::calibration::Calibration;
@@ -198,38 +197,6 @@ pub fn implausible_cautions(
         );
     }
     out
-}
-
-/// Correlation of a state column with the clock over the runs from which on a drift would look like a law along the column.
-const GOES_WITH_CLOCK: f64 = 0.7;
-
-/// Named laws along a state of the finger that went with the clock: run-in, wear and drying change the strength in the same way.
-pub fn clock_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
-    const STATES: [Column; 3] = [Column::Hydration, Column::Temperature, Column::Width];
-    decision.selection.accepted().iter().filter_map(|active| {
-        let column = *active.law.drivers.iter().find(|driver| STATES.contains(driver))?;
-        let r = correlation_with_clock(decision.set, column);
-        (r.abs() > GOES_WITH_CLOCK).then(|| Caution {
-            kind: "clock".into(),
-            role: "measured".into(),
-            column: column.name().into(),
-            text: format!(
-                "{} goes with the clock (correlation {r:.2} over the runs): a strength that drifts over the session (run-in, wear, drying) \
-                 would look like {}, and no law of the library has it. Runs in another order, or a law of your own over t_s (--laws), \
-                 would tell them apart.",
-                column.name(),
-                active.law.name.replace('_', " ")
-            ),
-        })
-    })
-}
-
-/// Correlation of a column with the clock over the runs.
-fn correlation_with_clock(set: &RunSet, column: Column) -> f64 {
-    let pairs: Vec<[f64; 2]> = set.runs.iter().map(|run| [run.value(Column::Time), run.value(column)]).collect();
-    let mean = [0, 1].map(|k| pairs.iter().map(|pair| pair[k]).sum::<f64>() / pairs.len() as f64);
-    let sum = |a: usize, b: usize| pairs.iter().map(|pair| (pair[a] - mean[a]) * (pair[b] - mean[b])).sum::<f64>();
-    sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt()
 }
 
 /// Laws that stand out from chance and are smaller than the model is exact.

@@ -65,7 +65,8 @@ fn friction(run: &Run) -> Option<Summary<'_>> {
 
 /// Normal force of the deepest row before the slide.
 fn normal(run: &Run) -> Option<Summary<'_>> {
-    let pressed = |i: &usize| run.rows[*i].path_mm < 0.05 && run.force_n[*i][0] > LEAST_LOAD_N && run.rows[*i].depth_mm > 0.0;
+    let pressed =
+        |i: &usize| run.rows[*i].path_mm < 0.05 && run.force_n[*i][0] > LEAST_LOAD_N && run.rows[*i].depth_mm > 0.0;
     let deepest = |a: &usize, b: &usize| run.rows[*a].depth_mm.total_cmp(&run.rows[*b].depth_mm);
     let row = (0..run.rows.len()).filter(pressed).max_by(deepest)?;
     let depth_mm = run.rows[row].depth_mm;
@@ -221,14 +222,16 @@ pub fn witness(
     let level = LEVEL / tests.len().max(1) as f64;
     let seen = || tests.iter().filter(|t| t.p < level);
     let columns = |names: &mut dyn Iterator<Item = &String>| -> Vec<&str> {
-        let drivers = names.flat_map(|name| laws.iter().filter(move |law| law.name == *name)).flat_map(|law| law.drivers);
+        let drivers =
+            names.flat_map(|name| laws.iter().filter(move |law| law.name == *name)).flat_map(|law| law.drivers);
         drivers.map(|column| column.name()).collect()
     };
     let of_claims = columns(&mut report.effects.iter().flat_map(|e| &e.candidates).map(|c| &c.law));
     // What the finger follows in every file is no surprise.
     let of_finger = columns(&mut report.finger_laws.iter().map(|law| &law.law));
     let known = |t: &&Seen| of_claims.iter().chain(&of_finger).any(|column| *column == t.column);
-    let surprise = |t: &Seen| format!("it sees that {} depends on {}", t.channel.replace("normal", "the normal force"), t.column);
+    let surprise =
+        |t: &Seen| format!("it sees that {} depends on {}", t.channel.replace("normal", "the normal force"), t.column);
     let surprising = seen().filter(|t| report.verdict != Verdict::UnexplainedStructure && !known(t)).map(surprise);
     let unseen = regressions.iter().flat_map(Regression::unseen);
     let unseen = unseen.map(|law| format!("it does not see {}", law.name.replace('_', " ")));
@@ -242,4 +245,54 @@ pub fn witness(
         Confidence::Moderate
     };
     (Witness { level, disagrees, tests }, confidence)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::runs::{Labels, RawRow};
+    use crate::laws::{LAWS, find};
+    use crate::reduced_report;
+
+    /// Runs with a friction of half the load that follows temperature, and with noise.
+    fn set(slope: f64, varied: f64) -> RunSet {
+        let run = |k: usize| {
+            let temperature = 32.0 + varied * (k as f64 * 2.3).sin();
+            let depth = 0.6 + 0.02 * k as f64;
+            let strength = 0.5 * (1.0 + slope * (temperature - 32.0)) * (1.0 + 0.01 * (k as f64 * 7.1).sin());
+            let row = |i: usize| {
+                let slide = (0.1 * (i as f64 - 5.0)).max(0.0);
+                let load = depth * depth;
+                let friction = load * strength * (1.0 - (-5.0 * slide).exp());
+                let force = [load * (1.0 + 0.01 * (k as f64 * 3.7).sin()), friction, 0.0];
+                RawRow {
+                    temperature_c: temperature,
+                    ..RawRow::bare(i + 2, 100.0 * k as f64 + 0.1 * i as f64, depth, [slide, 0.0], force)
+                }
+            };
+            (Labels { run: format!("r{k}"), ..Labels::default() }, (0..40).map(row).collect())
+        };
+        RunSet::from_rows("m.csv".into(), (0..24).map(run).collect()).unwrap()
+    }
+
+    #[test]
+    fn a_verdict_that_the_runs_contradict_has_a_low_confidence() {
+        let report = |verdict| reduced_report(verdict, "", [[0.01; 3]; 2], [0.01; 3], "file", 24);
+        let temperature = find("temperature").unwrap();
+        let claim = |slope: f64| [ActiveLaw { law: temperature, values: vec![slope] }];
+        let free = set(0.0, 0.0);
+        for (slope, verdict, claims, confidence, says) in [
+            (0.03, Verdict::None, vec![], Confidence::Low, "it sees that friction depends on temperature_c"),
+            (0.0, Verdict::None, vec![], Confidence::High, ""),
+            (0.0, Verdict::Named, claim(0.03).to_vec(), Confidence::Low, "it does not see temperature"),
+            (0.0, Verdict::Named, claim(0.0005).to_vec(), Confidence::Moderate, ""),
+        ] {
+            let (found, level) = witness([&free, &set(slope, 3.0)], &claims, &report(verdict), LAWS);
+            assert_eq!(
+                (level, found.disagrees.join("; ").as_str()),
+                (confidence, says),
+                "{slope} {verdict:?}: {found:?}"
+            );
+        }
+    }
 }

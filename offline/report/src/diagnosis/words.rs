@@ -2,8 +2,8 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation, FingerLawFound,
-    FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict, Witness,
+    COLUMNS, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation,
+    FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict, Witness,
 };
 
 /// A law's or a family's name in running text.
