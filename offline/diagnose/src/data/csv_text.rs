@@ -325,7 +325,7 @@ impl<'a> CsvRows<'a> {
 
 /// The name of a column in `--map` and `--unit`.
 pub fn short(column: &str) -> &str {
-    RUN_COLUMNS.iter().find(|(name, _)| *name == column).map_or(column, |(_, short)| short)
+    RUN_COLUMNS.iter().find(|known| known.name == column).map_or(column, |known| known.short)
 }
 
 /// A column of the header that has the name in other letters: `(it, whether only upper and lower case differ)`; the other
