@@ -23,6 +23,8 @@ pub struct Change<T> {
     pub reading_n: [T; 3],
     /// Share of the normal force that appears in x and y.
     pub cross: [T; 2],
+    /// Share by which the sensor reads too much of every force.
+    pub gain: T,
     /// Force along the motion at the reference area, N.
     pub drag_n: T,
     /// Line tension at the rim, as pull-off at the reference area, N.
@@ -37,6 +39,7 @@ impl<T: Real> Default for Change<T> {
             depth_mm: T::ZERO,
             reading_n: [T::ZERO; 3],
             cross: [T::ZERO; 2],
+            gain: T::ZERO,
             drag_n: T::ZERO,
             adhesion_n: T::ZERO,
         }
@@ -51,8 +54,14 @@ impl<T: Real> Change<T> {
 
     /// Whether it changes the sensor's readings only.
     pub fn reads(&self) -> bool {
-        let forces = [self.cross[0], self.cross[1], self.drag_n, self.adhesion_n];
+        let forces = [self.cross[0], self.cross[1], self.gain, self.drag_n, self.adhesion_n];
         self.reading_n.iter().chain(&forces).any(|f| *f != T::ZERO)
+    }
+
+    /// The sensor's reading of a force, N: normal, x, y.
+    pub fn reading(&self, [normal, x, y]: [T; 3]) -> [T; 3] {
+        let ([tare, tare_x, tare_y], [to_x, to_y], gain) = (self.reading_n, self.cross, T::ONE + self.gain);
+        [gain * normal + tare, gain * (x + to_x * normal) + tare_x, gain * (y + to_y * normal) + tare_y]
     }
 
     /// Multiplies the strength by a factor, at least [`LEAST_FACTOR`]. NaN, from an unknown driver, counts as 1.

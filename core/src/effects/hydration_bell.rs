@@ -20,7 +20,7 @@ impl Effect for HydrationBell {
         reported: Reported::AsFitted,
         drivers: &[Column::Hydration],
         axes: &[],
-        confused_with: &["temperature", "occlusion_growth", "stiffness_drift"],
+        confused_with: &["temperature", "occlusion_growth", "stiffness_drift", "strength_drift"],
         source: "moist skin has at least twice the friction of dry skin: Derler & Gerhardt 2012; largest at intermediate moisture: Pasumarty et al. 2011, Tomlinson et al. 2011",
         shapes: &[
             &[25.0, 10.0],

@@ -47,6 +47,9 @@ effects! {
     subject_size::SubjectSize,
     strain_stiffening::StrainStiffening,
     temperature::Temperature,
+    strength_drift::StrengthDrift,
+    strength_run_in::StrengthRunIn,
+    force_gain::ForceGain,
 }
 
 /// The law of a name.

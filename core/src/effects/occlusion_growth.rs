@@ -19,7 +19,7 @@ impl Effect for OcclusionGrowth {
         reported: Reported::AsFitted,
         drivers: &[Column::Occlusion],
         axes: &[Axis::Hold],
-        confused_with: &["hydration_bell", "stiffness_drift", "temperature"],
+        confused_with: &["hydration_bell", "stiffness_drift", "temperature", "strength_drift"],
         source: "first-order growth with about 20 s, up to tenfold: Dzidek et al. 2014; Adams et al. 2013",
         shapes: &[&[5.0], &[12.0], &[25.0], &[60.0], &[150.0]],
         act: &Self::act::<f64>,

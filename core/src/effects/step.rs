@@ -213,7 +213,6 @@ impl<'a, L: Library> Effects<'a, L> {
             }
         }
         let (normal, [x, y]) = (response.normal_force_n, response.friction_n);
-        let ([tare, tare_x, tare_y], [to_x, to_y]) = (change.reading_n, change.cross);
-        [normal + tare, x + tare_x + to_x * normal, y + tare_y + to_y * normal]
+        change.reading([normal, x, y])
     }
 }

@@ -23,7 +23,7 @@ impl Effect for Temperature {
         reported: Reported::AsFitted,
         drivers: &[Column::Temperature],
         axes: &[],
-        confused_with: &["hydration_bell", "stiffness_drift", "occlusion_growth"],
+        confused_with: &["hydration_bell", "stiffness_drift", "occlusion_growth", "strength_drift"],
         source: "a few per cent per degree, through sweat and the keratin's compliance, are assumed; no size for a fingertip was found published",
         shapes: &[&[]],
         act: &Self::act::<f64>,

@@ -71,7 +71,7 @@ fn the_example_runs_in_the_core_beside_the_others() {
         friction
     }
     let slot = |kind, a, b| EffectSlot { kind, reserved: 0, values: [a, b, 0.0, 0.0, 0.0, 0.0] };
-    let (film, cold) = (slot(18, 0.2, 600.0), slot(17, 0.03, 0.0));
+    let (film, cold) = (slot(21, 0.2, 600.0), slot(17, 0.03, 0.0));
     let plain = slid::<Standard>(&[]);
     for (found, wanted) in [
         (slid::<SebumFilm>(&[film]), 0.921_306_13),
@@ -82,6 +82,6 @@ fn the_example_runs_in_the_core_beside_the_others() {
     }
     // The library of this crate does not know it, and a time of decay must be positive.
     assert!(Effects::new(&[film]).is_err());
-    let error = Effects::<(Standard, SebumFilm)>::of(&[cold, slot(18, 0.2, 0.0)]).unwrap_err();
+    let error = Effects::<(Standard, SebumFilm)>::of(&[cold, slot(21, 0.2, 0.0)]).unwrap_err();
     assert_eq!(error, Error::Range { what: Field::EffectValue, index: 6 + 1, value: 0.0 });
 }

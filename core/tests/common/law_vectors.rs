@@ -59,16 +59,17 @@ fn agrees<T: Real>(line: &str, law: &Law, tolerance: f64, apply: Apply<'_, T>, w
     let mut change = Change::default();
     apply(law.kind, &values, &in_precision(&at), &mut change);
     let area = inputs.get("area_mm2").copied().unwrap_or(REFERENCE_AREA_MM2) / REFERENCE_AREA_MM2;
-    let normal = input("normal_force_n");
+    let force = [input("normal_force_n"), input("friction_x_n"), input("friction_y_n")];
+    let reading = change.reading(force.map(T::of)).map(wide);
     for (name, wanted) in wanted {
         let found = match name {
             "strength" => wide(change.strength),
             "stiffness" => wide(change.stiffness),
             "force_along_motion_n" => wide(change.drag_n) * area,
             "depth_mm" => at.depth_mm + wide(change.depth_mm),
-            "normal_force_n" => wide(change.reading_n[0]) - wide(change.adhesion_n) * area.sqrt(),
-            "friction_x_n" => wide(change.reading_n[1]) + wide(change.cross[0]) * normal,
-            "friction_y_n" => wide(change.reading_n[2]) + wide(change.cross[1]) * normal,
+            "normal_force_n" => reading[0] - wide(change.adhesion_n) * area.sqrt(),
+            "friction_x_n" => reading[1],
+            "friction_y_n" => reading[2],
             other => panic!("{other}"),
         };
         assert!((found - wanted).abs() < tolerance * wanted.abs().max(1.0), "{line}: {found}");

@@ -9,7 +9,7 @@ impl Effect for SebumFilm {
     const LAW: Law = Law {
         name: "sebum_film",
         family: "film",
-        kind: 18,
+        kind: 21,
         place: Place::Strength,
         parameters: &[
             Parameter { name: "fraction", unit: "", low: 0.0, high: 0.89, typical: 0.2, positive: false },

@@ -123,7 +123,7 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
 }
 
 /// Slots of a model file, one law each: number, parameters.
-const LAWS: [(&str, u32, [f32; 4]); 17] = [
+const LAWS: [(&str, u32, [f32; 4]); 19] = [
     ("hydration_bell", 1, [0.3, 55.0, 15.0, 0.0]),
     ("speed_log", 2, [0.05, 0.0, 0.0, 0.0]),
     ("speed_stribeck", 3, [0.2, 10.0, 0.0, 0.0]),
@@ -139,6 +139,8 @@ const LAWS: [(&str, u32, [f32; 4]); 17] = [
     ("subject_size", 15, [1.5, 0.0, 0.0, 0.0]),
     ("strain_stiffening", 16, [0.3, 0.0, 0.0, 0.0]),
     ("temperature", 17, [0.03, 0.0, 0.0, 0.0]),
+    ("strength_drift", 18, [-0.2, 0.0, 0.0, 0.0]),
+    ("strength_run_in", 19, [-0.2, 900.0, 0.0, 0.0]),
     ("refitted baseline, direction", 32, [0.01, -0.01, 0.005, 0.005]),
     ("refitted baseline, shear", 33, [0.01, 0.0, 0.02, 0.03]),
 ];

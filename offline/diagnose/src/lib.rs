@@ -45,11 +45,11 @@ pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
-    Baseline, BaselineParameter, CandidateLaw, Caution, Confirmed, CrossValidationError, Diagnosis, Disagreement,
-    EffectFound, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter, GroupDiagnosis,
-    GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound, NotSimulated,
-    PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, SharedLaw, SharedSize, Stability,
-    UnexplainedFound, Verdict, minutes,
+    Baseline, BaselineParameter, CandidateLaw, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis,
+    Disagreement, EffectFound, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter,
+    GroupDiagnosis, GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound,
+    NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, Seen, SharedLaw, SharedSize,
+    Stability, UnexplainedFound, Verdict, Witness, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};

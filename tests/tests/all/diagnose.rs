@@ -6,8 +6,8 @@ use fingerpad::Effects;
 use fingerpad::host::ModelFile;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model, power, replay_all,
-    stability,
+    Confidence, Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model, power,
+    replay_all, stability,
 };
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::place;
@@ -72,6 +72,74 @@ fn reproduces_the_gap_after(cases: &[(u64, &'static str, f64)]) {
             assert!(ratio > 0.94 && ratio < 1.45, "seed {seed} {name}: {rms_n:?} {stated:?}");
         }
     }
+}
+
+/// A stored set of an independent simulator: the strength falls over the session, and moisture with it.
+#[test]
+fn a_drift_over_the_session_is_not_taken_for_moisture() {
+    let read = |name: &str| {
+        let path = format!("{}/data/session_drift/{name}.csv.gz", env!("CARGO_MANIFEST_DIR"));
+        runs_csv::read(path.as_ref(), &mut |_| true).unwrap()
+    };
+    let [calibration, measured, holdout] = ["calibration", "measured", "holdout"].map(read);
+    for held_out in [None, Some(&holdout)] {
+        let report = run(&calibration, &measured, held_out);
+        let [found] = &report.effects[..] else { panic!("{:?} {:?}", report.verdict, report.effects) };
+        assert_eq!((report.verdict, found.law.as_str()), (Verdict::Named, "strength_run_in"));
+        let amplitude = &found.parameters[0];
+        assert!(amplitude.ci95[0] < -0.32 && amplitude.ci95[1] > -0.32, "{amplitude:?}");
+        // The clock of the held-out runs starts again.
+        assert_eq!(report.cautions.iter().any(|caution| caution.kind == "clock"), held_out.is_some());
+    }
+}
+
+#[test]
+fn another_gain_of_the_sensor_is_named_and_a_small_one_is_no_effect() {
+    for (seed, gain) in [(72, 0.55), (73, 2.0), (74, 0.95)] {
+        let mut made = case(seed, Hide::Nothing, 0.0, 0, 40, true);
+        let forces = made.measured.runs.iter_mut().flat_map(|run| run.force_n.iter_mut().flatten());
+        forces.for_each(|f| *f *= gain);
+        let report = run(&made.calibration, &made.measured, None);
+        if gain == 0.95 {
+            assert_eq!(report.verdict, Verdict::None, "{:?}", report.effects);
+            continue;
+        }
+        let [found] = &report.effects[..] else { panic!("{gain}: {:?} {:?}", report.verdict, report.effects) };
+        let [low, high] = found.parameters[0].ci95;
+        assert_eq!((report.verdict, found.law.as_str()), (Verdict::Named, "force_gain"), "{gain}");
+        assert!(low < gain - 1.0 && gain - 1.0 < high, "{gain}: {low} to {high}");
+    }
+}
+
+/// What no finger does is in the title of the report, and the confidence in the answer is low.
+#[test]
+fn a_calibration_that_scatters_too_much_is_no_basis() {
+    let mut made = case(75, law("temperature"), 0.3, 0, 40, true);
+    for (k, run) in made.calibration.runs.iter_mut().enumerate() {
+        let gain = [0.7, 1.35, 0.9, 1.2][k % 4];
+        run.force_n.iter_mut().flatten().for_each(|f| *f *= gain);
+    }
+    let (report, evidence) = run_with_evidence(&made.calibration, &made.measured, None);
+    assert!(report.implausible().is_some_and(|caution| caution.text.contains("% of force")), "{:?}", report.cautions);
+    assert_eq!(report.confidence, Confidence::Low);
+    let rendered = fingerpad_report::diagnosis::render(&report, &evidence).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&rendered.json).unwrap();
+    let title = json["title"].as_str().unwrap();
+    assert!(title.starts_with("No result: the calibration runs scatter by"), "{title}");
+    assert!(rendered.html.contains(&format!("<h1>{title}")));
+    assert!(fingerpad_report::diagnosis::summary(&report).contains("(No result: "));
+}
+
+/// A regression of run means stands beside the verdict.
+#[test]
+fn the_witness_sees_a_named_effect_and_nothing_where_there_is_none() {
+    let named = score(&case(1, law("temperature"), 0.3, 0, 60, true)).report;
+    let seen: Vec<&str> =
+        named.witness.tests.iter().filter(|t| t.p < named.witness.level).map(|t| &t.column[..]).collect();
+    assert_eq!((seen, named.confidence), (vec!["temperature_c"], Confidence::High));
+    let nothing = score(&case(11, Hide::Nothing, 0.0, 0, 60, true)).report;
+    assert_eq!((nothing.witness.disagrees.len(), nothing.confidence), (0, Confidence::High));
+    assert!(nothing.witness.tests.len() > 10, "{:?}", nothing.witness);
 }
 
 #[test]

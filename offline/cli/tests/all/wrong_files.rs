@@ -44,6 +44,23 @@ fn every_clear_dialect_gives_the_same_diagnosis_and_is_reported() {
     }
 }
 
+/// A law is named if its p is at most alpha; the flips alone would not name this one at 0.01.
+#[test]
+fn alpha_decides() {
+    let folder = files(CALIBRATION, MEASURED);
+    let (printed, report) = answer(&folder, "");
+    let p = report["effects"][0]["p"].as_f64().unwrap();
+    assert!((0.001..0.01).contains(&p), "{p}");
+    assert!(
+        printed.contains("Confidence: high; a regression of run means without the model finds a dependence"),
+        "{printed}"
+    );
+    assert!(report["title"].as_str().unwrap().starts_with("Missing: hydration bell"), "{}", report["title"]);
+    let (printed, report) = answer(&folder, "--alpha 0.001");
+    assert_ne!(report["verdict"], "named", "{printed}");
+    assert!(report["effects"].as_array().unwrap().is_empty() && !folder.path("d/corrected.fpm").exists());
+}
+
 #[test]
 fn a_truncated_gzip_file_is_refused() {
     let folder = files(CALIBRATION, "");

@@ -135,12 +135,7 @@ impl<'a> FeStroke<'a> {
             let force = fe.force_n.map(|f| f * stiffness);
             let normal = force[0] - c.adhesion_n * share.sqrt();
             let drag = c.drag_n * share;
-            let [b_n, b_x, b_y] = c.reading_n;
-            out.push([
-                normal + b_n,
-                force[1] + drag * row.along[0] + c.cross[0] * normal + b_x,
-                force[2] + drag * row.along[1] + c.cross[1] * normal + b_y,
-            ]);
+            out.push(c.reading([normal, force[1] + drag * row.along[0], force[2] + drag * row.along[1]]));
         }
         out
     }

@@ -29,14 +29,12 @@ const ROLES: [&str; 3] = ["calibration", "measured", "holdout"];
 
 fn column_of(key: &str) -> Result<&'static str, String> {
     let key = key.trim();
-    RUN_COLUMNS.iter().find(|(column, short)| *column == key || *short == key).map(|(column, _)| *column).ok_or_else(
-        || {
-            format!(
-                "`{key}` is not one of {}",
-                RUN_COLUMNS.map(|(column, short)| format!("{short} ({column})")).join(", ")
-            )
-        },
-    )
+    RUN_COLUMNS.iter().find(|known| known.name == key || known.short == key).map(|known| known.name).ok_or_else(|| {
+        format!(
+            "`{key}` is not one of {}",
+            RUN_COLUMNS.map(|known| format!("{} ({})", known.short, known.name)).join(", ")
+        )
+    })
 }
 
 impl ColumnMap {

@@ -1,10 +1,10 @@
 //! What identifies the rows of a run, whatever the run is called and whenever it was measured.
 //!
-//! Main types: [`Content`], [`ContentOf`] (built row by row); main function: [`repeated`].
+//! Main types: [`Content`], [`ContentOf`] (built row by row); main functions: [`repeated`], [`near_copies`].
 
 use std::collections::{BTreeSet, HashMap};
 
-use crate::data::runs::{RawRow, RunSet};
+use crate::data::runs::{RawRow, Run, RunSet};
 
 /// Most row hashes that are kept of a run: those of the smallest value, the same ones in every copy of it.
 const KEPT: usize = 16;
@@ -100,6 +100,37 @@ pub fn repeated(set: &RunSet, other: &RunSet) -> Vec<Repeat> {
     out
 }
 
+/// Difference of forces over the scatter of neighbouring rows below which two runs of one motion are one run: a repetition differs by 1.4 and
+/// more.
+const NEAR: f64 = 0.4;
+/// Positions that are one, mm.
+const SAME_MM: f64 = 1e-6;
+
+/// Whether each run repeats an earlier one row by row, with forces that differ by less than the sensor scatters.
+pub fn near_copies(runs: &[Run]) -> Vec<bool> {
+    let forces = |run: &Run| -> Vec<f64> { run.force_n.iter().flatten().copied().collect() };
+    // A channel's second difference has six times the variance of its rows.
+    let square_n2 = |of: &[f64]| mean_square((6..of.len()).map(|k| of[k - 6] - 2.0 * of[k - 3] + of[k])) / 6.0;
+    let known: Vec<(Vec<f64>, f64)> = runs.iter().map(forces).map(|of| (of.clone(), square_n2(&of))).collect();
+    let is_copy = |i: usize, j: usize| {
+        let same = |a: f64, b: f64| (a - b).abs() < SAME_MM;
+        let rows = runs[i].rows.iter().zip(&runs[j].rows);
+        let moved = runs[i].slide_mm.iter().zip(&runs[j].slide_mm);
+        let different_n = || mean_square(known[i].0.iter().zip(&known[j].0).map(|(a, b)| a - b));
+        runs[i].rows.len() == runs[j].rows.len()
+            && rows.clone().all(|(a, b)| same(a.depth_mm, b.depth_mm))
+            && moved.clone().all(|(a, b)| same(a[0], b[0]) && same(a[1], b[1]))
+            && different_n() < NEAR * NEAR * known[i].1.min(known[j].1)
+    };
+    (0..runs.len()).map(|i| (0..i).any(|j| is_copy(i, j))).collect()
+}
+
+/// Mean square of the finite ones of some values.
+fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.filter(|v| v.is_finite()).fold((0.0, 0usize), |(sum, count), v| (sum + v * v, count + 1));
+    sum / count.max(1) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,5 +158,18 @@ mod tests {
         assert_eq!(all.len(), 8);
         assert_eq!(repeated(&set("h", 6..10, 0.0, 0..30), &fit).len(), 2);
         assert_eq!(repeated(&set("h", 0..8, 0.0, 8..24), &fit).len(), 8, "half of each run");
+    }
+
+    #[test]
+    fn a_copy_whose_forces_differ_by_less_than_the_noise_is_found_and_a_repetition_is_none() {
+        let mut runs = set("m", 0..4, 0.0, 0..30).runs;
+        // The rows scatter by 29 mN; the copies differ by up to 5 mN, and by as much again.
+        for (of, by) in [(1, 5e-6), (2, 5e-5)] {
+            let mut copy = runs[of].clone();
+            let noise = |k: usize| by * (mixed(of as u64, k as u64) % 1000) as f64;
+            copy.force_n.iter_mut().flatten().enumerate().for_each(|(k, f)| *f += noise(k));
+            runs.push(copy);
+        }
+        assert_eq!(near_copies(&runs), [false, false, false, false, true, false]);
     }
 }

@@ -1,5 +1,5 @@
-//! Rows of a CSV file, plain or compressed by gzip, in any dialect that is clear: separators, decimals, a row of units, UTF-16, lines of a
-//! logger above the header.
+//! Rows of a CSV file, plain or compressed by gzip, or of a workbook's first sheet, in any dialect that is clear: separators, decimals, a row
+//! of units, UTF-16, lines of a logger above the header.
 //!
 //! Main type: [`CsvRows`]; main function: [`missing_column`].
 
@@ -12,6 +12,7 @@ use fingerpad_formats::unit::{UnitCell, check_units_row, is_units_row};
 use flate2::read::MultiGzDecoder;
 
 use crate::data::column_map::ColumnMap;
+use crate::data::workbook::first_sheet;
 use crate::laws::run_columns::RUN_COLUMNS;
 
 /// First bytes of a file compressed by gzip (RFC 1952).
@@ -26,13 +27,14 @@ pub struct CsvRows<'a> {
     path: &'a Path,
     reader: csv::Reader<Chain<Cursor<Vec<u8>>, Box<dyn Read + 'a>>>,
     compressed: bool,
+    is_workbook: bool,
     record: csv::StringRecord,
     header: Vec<String>,
     decimals: Decimals,
     units_row: Option<usize>,
     /// Lines above the header, and why the file is not plain UTF-8.
     above: usize,
-    encoding: Option<&'static str>,
+    encoding: Option<String>,
     /// Columns up to the last one that is read, and cells of the first row.
     needed: usize,
     cells: Option<usize>,
@@ -120,11 +122,17 @@ impl<'a> CsvRows<'a> {
         let mut magic = Vec::new();
         source.by_ref().take(GZIP_MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
         let line_error = |line, problem| Error::Line { path: path.to_path_buf(), line, problem };
-        if magic == ZIP_MAGIC {
-            return Err(line_error(1, "a workbook or archive, not text: save the sheet as CSV (UTF-8)".into()));
-        }
         let compressed = magic == GZIP_MAGIC;
-        let bytes = Cursor::new(magic).chain(source);
+        let is_workbook = magic == ZIP_MAGIC;
+        let mut encoding = None;
+        let mut bytes = Cursor::new(magic).chain(source);
+        let mut sheet = Vec::new();
+        if is_workbook {
+            bytes.read_to_end(&mut sheet).map_err(failed)?;
+            let (text, name) = first_sheet(sheet).map_err(|problem| line_error(1, problem))?;
+            (sheet, encoding) = (text.into_bytes(), Some(name));
+        }
+        let bytes = Cursor::new(sheet).chain(bytes);
         let mut text: Box<dyn Read + 'a> =
             if compressed { Box::new(MultiGzDecoder::new(bytes)) } else { Box::new(bytes) };
         let mut head = Vec::new();
@@ -132,11 +140,10 @@ impl<'a> CsvRows<'a> {
             let lines = head.iter().filter(|b| **b == b'\n').count();
             return Err(read_error(path, compressed, lines, error));
         }
-        let mut encoding = None;
         if of_utf16(&head).is_some() {
             text.read_to_end(&mut head).map_err(|error| read_error(path, compressed, 1, error))?;
             if let Some((decoded, name)) = of_utf16(&head) {
-                (head, encoding) = (decoded.into_bytes(), Some(name));
+                (head, encoding) = (decoded.into_bytes(), Some(name.to_owned()));
             }
         }
         let lines = String::from_utf8_lossy(&head);
@@ -163,7 +170,20 @@ impl<'a> CsvRows<'a> {
         let needed = header.iter().rposition(|name| ours(name)).map_or(0, |last| last + 1);
         let (record, decimals) = (csv::StringRecord::new(), Decimals::new(separator));
         let (units_row, cells) = (None, None);
-        Ok(Self { path, reader, compressed, record, header, decimals, units_row, above, encoding, needed, cells })
+        Ok(Self {
+            path,
+            reader,
+            compressed,
+            is_workbook,
+            record,
+            header,
+            decimals,
+            units_row,
+            above,
+            encoding,
+            needed,
+            cells,
+        })
     }
 
     /// Line of the header.
@@ -292,18 +312,20 @@ impl<'a> CsvRows<'a> {
     /// How the file was read, where that is not as this program writes files.
     pub fn notes(&self) -> Vec<String> {
         let units = self.units_row.map(|line| format!("line {line}: a row of units, which are those of the columns"));
-        let encoding = self.encoding.map(|name| format!("read as {name}"));
+        let encoding = self.encoding.as_ref().map(|name| format!("read as {name}"));
         let above = (self.above > 0).then(|| {
             let (line, lines) = (self.header_line(), if self.above == 1 { "line" } else { "lines" });
             format!("line {line}: the header; the {lines} above it ({}) are not read", self.above)
         });
-        [encoding, above, self.decimals.note(), units].into_iter().flatten().collect()
+        // A workbook has no separators; the tabs are the program's.
+        let dialect = self.decimals.note().filter(|_| !self.is_workbook);
+        [encoding, above, dialect, units].into_iter().flatten().collect()
     }
 }
 
 /// The name of a column in `--map` and `--unit`.
 pub fn short(column: &str) -> &str {
-    RUN_COLUMNS.iter().find(|(name, _)| *name == column).map_or(column, |(_, short)| short)
+    RUN_COLUMNS.iter().find(|known| known.name == column).map_or(column, |known| known.short)
 }
 
 /// A column of the header that has the name in other letters: `(it, whether only upper and lower case differ)`; the other
@@ -398,7 +420,10 @@ mod tests {
         let utf16 = |text: &str, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
             format!("\u{feff}{text}").encode_utf16().flat_map(bytes).collect()
         };
+        let workbook = include_bytes!("../../data/workbook.xlsx").to_vec();
+        let sheet = "the sheet `Messung` of a workbook; the other sheet is not read";
         for (name, bytes, map, notes) in [
+            ("workbook", workbook, MAP, vec![sheet, "line 4: the header"]),
             ("comments", format!("# ATI Nano17, rate\n# 50 Hz\n{plain}").into_bytes(), MAP, vec!["line 3: the header"]),
             (
                 "sep",
@@ -450,6 +475,6 @@ mod tests {
         refused("names", format!("a test\n\n{plain}"), "t=t,x=Fx", &[":3:", "no column `t`"]);
         refused("bare", rows.into(), MAP, &[":1:", "no header", "0.000,0.0000,0.3000", "--map t=Time"]);
         refused("german", rows.replace(',', ";").replace('.', ","), MAP, &[":1:", "no header", "0,000;0,0000"]);
-        refused("workbook", "PK\u{3}\u{4}xl".into(), MAP, &["save the sheet as CSV"]);
+        refused("workbook", "PK\u{3}\u{4}xl".into(), MAP, &[":1:", "no Excel workbook", "save the sheet as CSV"]);
     }
 }

@@ -24,4 +24,5 @@ pub mod suspicions;
 pub mod thinning;
 pub mod trace_csv;
 pub mod turns;
+mod workbook;
 pub mod yardsticks;

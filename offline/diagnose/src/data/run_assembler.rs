@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fingerpad_formats::{Error, significant};
 
 use crate::data::clock::{equal_stamps, note};
-use crate::data::content::{Content, ContentOf};
+use crate::data::content::{Content, ContentOf, near_copies};
 use crate::data::runs::{Labels, RawRow, Run, RunSet, recorded, run_of};
 use crate::data::runs_csv::ReadError;
 use crate::data::thinning::{RunSample, Sample, rows_to_keep};
@@ -50,6 +50,9 @@ pub struct RunAssembler {
     thinned: usize,
     runs_without_turns: usize,
     copies: usize,
+    /// Runs that are kept before near copies go, and those.
+    kept: usize,
+    near_copies: Vec<String>,
     equal_stamps: usize,
     recorded: Option<Vec<Column>>,
 }
@@ -78,6 +81,8 @@ impl RunAssembler {
             thinned: 0,
             runs_without_turns: 0,
             copies: 0,
+            kept: 0,
+            near_copies: Vec::new(),
             equal_stamps: 0,
             recorded: None,
         }
@@ -227,13 +232,21 @@ impl RunAssembler {
     }
 
     /// The runs of all files, and what was done to them. The number of rows and the hash are those of the files.
-    pub fn into_set(self, path: PathBuf) -> RunSet {
+    pub fn into_set(mut self, path: PathBuf) -> RunSet {
+        let mut runs: Vec<Run> = std::mem::take(&mut self.runs).into_iter().map(|(_, run)| run).collect();
+        self.kept = runs.len();
+        for (place, _) in near_copies(&runs).into_iter().enumerate().filter(|(_, copy)| *copy).rev().collect::<Vec<_>>()
+        {
+            let copy = runs.remove(place);
+            self.near_copies.insert(0, copy.labels.run.clone());
+            self.left_out.push((copy.labels.run, copy.line, copy.content));
+        }
         let thinned = self.report(&path).into_iter();
         RunSet {
             cautions: thinned.map(|text| caution("thinned", text)).collect(),
             factors: Vec::new(),
             notes: note(self.equal_stamps).into_iter().collect(),
-            runs: self.runs.into_iter().map(|(_, run)| run).collect(),
+            runs,
             left_out: self.left_out,
             recorded: self.recorded.unwrap_or_default(),
             rows_read: 0,
@@ -253,11 +266,20 @@ impl RunAssembler {
                 self.copies, self.index
             ));
         }
+        if !self.near_copies.is_empty() {
+            out.push(format!(
+                "{file}: {} of {} runs have the motion of another run and its forces within less than the sensor's noise ({}): copies, each of \
+                 which is left out.",
+                self.near_copies.len(),
+                self.index,
+                first_names(&self.near_copies)
+            ));
+        }
         if self.share < 1.0 {
             out.push(format!(
                 "{file}: {} of {} runs are used, a random sample in the proportions of their conditions: at most {FILE_ROWS} \
                  rows of a file are held.",
-                self.runs.len(),
+                self.kept,
                 self.index - self.copies
             ));
         }
@@ -276,6 +298,14 @@ impl RunAssembler {
         }
         out
     }
+}
+
+/// The first of some names.
+fn first_names(names: &[String]) -> String {
+    const NAMED: usize = 4;
+    let more = names.len().saturating_sub(NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    names[..names.len().min(NAMED)].join(", ") + &more
 }
 
 /// A remark of the reader on a file.

@@ -269,7 +269,7 @@ impl Reader<'_> {
         if !(reference >= low && reference <= high) {
             return Err(refuse(format!("reference {reference} is outside its range {low} to {high}")));
         }
-        if RUN_COLUMNS.iter().any(|(known, _)| known == name) {
+        if RUN_COLUMNS.iter().any(|known| known.name == name) {
             return Err(refuse(
                 "it is one of the program's own columns, which formulas read by the drivers' names".into(),
             ));

@@ -174,6 +174,7 @@ fn effect(tare_n: [f64; 3], half_n: [f64; 3], size: f64, gain_2ll: f64, p: f64) 
             .collect(),
         size_p90_relative: size,
         gain_2ll,
+        p,
         p_model: p,
         p_runs: p,
         against_calibration: false,

@@ -10,8 +10,8 @@ mod tare;
 pub use forces::diagnose_forces;
 
 use crate::schema::{
-    Baseline, CrossValidationError, Diagnosis, Disagreement, NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
-    Verdict,
+    Baseline, Confidence, CrossValidationError, Diagnosis, Disagreement, NoiseFound, Rescale, ScatterRatio,
+    UnexplainedFound, Verdict, Witness,
 };
 
 /// A diagnosis from less than measured runs: a report, sentences, and one figure.
@@ -58,7 +58,10 @@ pub fn reduced_report(
         |r: [f64; 3]| (0..3).map(|k| if floor_n[k] > 0.0 { r[k] / floor_n[k] } else { 0.0 }).fold(0.0, f64::max);
     Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
+        title: String::new(),
         verdict,
+        confidence: Confidence::default(),
+        witness: Witness::default(),
         cautions: Vec::new(),
         effects: Vec::new(),
         disagreement: Disagreement {

@@ -76,6 +76,9 @@ pub struct EffectFound {
     pub size_p90_relative: f64,
     /// Gain in 2 log likelihood.
     pub gain_2ll: f64,
+    /// The p that `--alpha` is compared with: `p_model` and `p_runs` together.
+    #[serde(default)]
+    pub p: f64,
     /// Model-based p over the whole grid of laws and shapes.
     pub p_model: f64,
     /// Sign-flip p over runs and the library.
@@ -427,13 +430,66 @@ pub struct Caution {
     pub text: String,
 }
 
+impl Diagnosis {
+    /// What cannot be, of which the answer is no more than a symptom.
+    pub fn implausible(&self) -> Option<&Caution> {
+        self.cautions.iter().find(|caution| caution.kind == IMPLAUSIBLE)
+    }
+}
+
+/// A column in a regression of run means, without a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Seen {
+    /// `friction` (over load, in full slip) or `normal` (at the end of the press).
+    pub channel: String,
+    /// Column.
+    pub column: String,
+    /// p of the partial F test.
+    pub p: f64,
+    /// Root mean square over the runs of what the column alone explains, as a share of the force.
+    pub size_relative: f64,
+}
+
+/// A witness beside the verdict: regressions of run means on their columns.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Witness {
+    /// p below which a column is seen.
+    pub level: f64,
+    /// Where it contradicts the verdict, as ends of a sentence; empty where both agree or it cannot tell.
+    pub disagrees: Vec<String>,
+    /// Every column in every channel.
+    pub tests: Vec<Seen>,
+}
+
+/// How far the verdict can be relied on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Confidence {
+    /// The witness contradicts it, or something in the files is implausible.
+    Low,
+    /// Nothing contradicts it; the witness does not see what it names, or could not look.
+    #[default]
+    Moderate,
+    /// The witness says the same.
+    High,
+}
+
 /// The report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// `fingerpad-diagnosis/1`.
     pub schema: String,
+    /// The answer in a line, as the page has it.
+    #[serde(default)]
+    pub title: String,
     /// The answer.
     pub verdict: Verdict,
+    /// How far it can be relied on.
+    #[serde(default)]
+    pub confidence: Confidence,
+    /// What a regression without a model says beside it.
+    #[serde(default)]
+    pub witness: Witness,
     /// What is to be known of the files before it.
     pub cautions: Vec<Caution>,
     /// One entry per missing effect, strongest first.

@@ -1,6 +1,6 @@
 //! The rule by which a law is accepted.
 //!
-//! Main types: [`SelectionSettings`], [`SignFlipP`], [`SearchedCells`]; main function: [`is_significant`].
+//! Main types: [`SelectionSettings`], [`SignFlipP`], [`SearchedCells`]; main functions: [`decisive_p`], [`is_significant`].
 
 use crate::laws::{Column, LAWS, Law};
 use crate::statistics::sign_flips::Score;
@@ -9,7 +9,7 @@ use crate::statistics::tails::minus_ln_p;
 /// Library, level and seed of the tests.
 #[derive(Clone, Copy, Debug)]
 pub struct SelectionSettings {
-    /// Level of the sign-flip test.
+    /// Level of a law: the largest [`decisive_p`] with which it is accepted.
     pub alpha: f64,
     /// Seed of the sign flips.
     pub seed: u64,
@@ -32,8 +32,7 @@ pub struct SignFlipP {
     pub by_calibration: bool,
 }
 
-/// Whether a law is accepted: a gain beyond the Bayesian information criterion's penalty, and three combinations of
-/// model-based p and sign-flip p, of which the stricter one may make up for the other.
+/// Whether a law is accepted: a gain beyond the Bayesian information criterion's penalty, and a [`decisive_p`] up to alpha.
 pub fn is_significant(
     settings: &SelectionSettings,
     law: &Law,
@@ -42,15 +41,21 @@ pub fn is_significant(
     p_model: f64,
     p_runs: SignFlipP,
 ) -> bool {
-    let penalised = gain - (runs as f64).ln() * law.parameters.len() as f64 > 0.0;
+    gain > (runs as f64).ln() * law.parameters.len() as f64
+        && (p_runs.by_calibration || p_runs.p <= few_runs(law))
+        && decisive_p(p_model, p_runs) <= settings.alpha
+}
+
+/// The p of a law, from that by the model and that of the sign flips: the least of three combinations, in which the stronger test makes up
+/// for the weaker one. With 0.01 the flips may have 0.01, 0.25 or 0.5 where the model has 0.003, 1e-4 or 1e-9; a smaller p asks more of
+/// both. Evidence that lies in the calibration has the model's alone, ten times.
+pub fn decisive_p(p_model: f64, p_runs: SignFlipP) -> f64 {
     if p_runs.by_calibration {
-        return penalised && p_model <= against_calibration(settings);
+        return (10.0 * p_model).min(1.0);
     }
-    penalised
-        && p_runs.p <= few_runs(law)
-        && ((p_runs.p <= settings.alpha && p_model <= loosest(settings))
-            || (p_model <= 1e-2 * settings.alpha && p_runs.p <= 0.25)
-            || (p_model <= 1e-7 * settings.alpha && p_runs.p <= 0.5))
+    let flips = p_runs.p;
+    let combined = [(flips, 0.3), ((4e-4 * flips).sqrt(), 1e-2), ((2e-4 * flips).sqrt(), 1e-7)];
+    combined.into_iter().map(|(of_runs, share)| of_runs.max(p_model / share)).fold(1.0, f64::min)
 }
 
 /// Largest p of the sign flips of a law that fades along the stroke. At the onset of sliding a baseline's form is known
@@ -96,7 +101,25 @@ pub fn against_calibration(settings: &SelectionSettings) -> f64 {
     0.1 * settings.alpha
 }
 
-/// The loosest model-based p at which any law stands: what a law that came in by a swap must reach, too.
+/// The loosest model-based p at which any law stands.
 pub fn loosest(settings: &SelectionSettings) -> f64 {
     0.3 * settings.alpha
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alpha_decides_over_both_tests_together() {
+        let p = |p_model, p| decisive_p(p_model, SignFlipP { p, by_calibration: false });
+        // At the default level these are the edges of the rule.
+        for (p_model, flips) in [(3e-3, 0.01), (1e-4, 0.25), (1e-9, 0.5)] {
+            assert!((p(p_model, flips) - 0.01).abs() < 1e-12, "{p_model} {flips}");
+            assert!(p(1.01 * p_model, flips) > 0.01 && p(p_model, 1.01 * flips) > 0.01, "{p_model} {flips}");
+        }
+        // A p of the flips of 0.016 never passes at 0.001, however small that of the model is.
+        assert!((0.001..0.01).contains(&p(1e-80, 0.016)));
+        assert_eq!(decisive_p(1e-4, SignFlipP { p: 1.0, by_calibration: true }), 1e-3);
+    }
 }

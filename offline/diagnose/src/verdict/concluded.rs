@@ -61,11 +61,34 @@ impl Concluded {
             }
         };
         let holdout = error.or_refused();
-        let verdict = bounded_by_gap(claimed, holdout.ratio_after);
+        let accepted = decision.selection.accepted();
+        let restarts = held_out.as_ref().is_some_and(|held| clocks_overlap(held, decision.set))
+            && accepted.iter().any(|active| active.law.family == SESSION);
+        let verdict = if restarts { claimed } else { bounded_by_gap(claimed, holdout.ratio_after) };
+        cautions.extend((restarts && claimed.is_claim()).then(|| Caution {
+            kind: "clock".into(),
+            role: "holdout".into(),
+            column: "t_s".into(),
+            text: "The held-out runs are of another session, whose clock starts again: what drifts over the clock is the same there only if its \
+                   cause starts again too. Their gap takes no name back."
+                .into(),
+        }));
         let taken_back = verdict != claimed;
         let holdout = if taken_back { holdout.without_correction() } else { holdout };
         Ok(Self { verdict, taken_back, holdout, held_out, calibration })
     }
+}
+
+/// Family of the laws of strength over the clock of a session.
+const SESSION: &str = "strength_drift";
+
+/// Whether two sets have readings at one time.
+fn clocks_overlap(a: &RunSet, b: &RunSet) -> bool {
+    let [a, b] = [a, b].map(|set| {
+        let times = || set.runs.iter().flat_map(|run| &run.rows).map(|row| row.t_s);
+        [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)]
+    });
+    a[0] < b[1] && b[0] < a[1]
 }
 
 /// Residual on runs that no fit saw, in noise floors, up to which the laws that were found count as the explanation.

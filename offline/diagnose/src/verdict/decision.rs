@@ -11,7 +11,7 @@ use crate::model::active_law::ActiveLaw;
 use crate::model::prior::Drift;
 use crate::model::random_effects::{PerEffect, RandomEffect};
 use crate::schema::Verdict;
-use crate::selection::acceptance::{SelectionSettings, against_calibration, loosest};
+use crate::selection::acceptance::{SelectionSettings, against_calibration, decisive_p};
 use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::competing::{CompetingHypotheses, competing_hypotheses};
 use crate::selection::discrepancy::ModelDiscrepancy;
@@ -317,12 +317,10 @@ impl<'a> Settling<'a> {
 fn weakest(selection: &Selection, hypotheses: &[CompetingHypotheses], settings: &SelectionSettings) -> Option<usize> {
     let p = |i: usize| {
         let parameters = selection.accepted()[i].law.parameters.len();
-        selection.cells.p(hypotheses[i].gain_2ll, parameters, selection.evidence[i].p_runs.by_calibration)
+        let p_runs = selection.evidence[i].p_runs;
+        decisive_p(selection.cells.p(hypotheses[i].gain_2ll, parameters, p_runs.by_calibration), p_runs)
     };
-    let level = |i: usize| {
-        if selection.evidence[i].p_runs.by_calibration { against_calibration(settings) } else { loosest(settings) }
-    };
-    (0..hypotheses.len()).filter(|&i| p(i) > level(i)).max_by(|&a, &b| p(a).total_cmp(&p(b)))
+    (0..hypotheses.len()).filter(|&i| p(i) > settings.alpha).max_by(|&a, &b| p(a).total_cmp(&p(b)))
 }
 
 /// Variances of stiffness and strength between runs that the errors of the state's columns cause through the laws.

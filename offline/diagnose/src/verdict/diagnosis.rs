@@ -8,7 +8,7 @@ use fingerpad_smooth::ReferenceCurves;
 use crate::data::lag::Lag;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
-use crate::schema::{Caution, Diagnosis, NextExperiment};
+use crate::schema::{Caution, Confidence, Diagnosis, NextExperiment, Witness};
 use crate::selection::lack_of_fit::force_n;
 use crate::verdict::calibrated::Calibrated;
 use crate::verdict::calibrated_range::CalibratedRange;
@@ -23,6 +23,7 @@ use crate::verdict::options::Options;
 use crate::verdict::regions::Maps;
 use crate::verdict::report_sections as sections;
 use crate::verdict::selected::Selected;
+use crate::verdict::witness::witness;
 
 /// Diagnoses a measured set. `open_holdout` is called once, after the laws are chosen; `stage` names what begins.
 ///
@@ -92,15 +93,15 @@ fn report(
     cautions.extend(sections::scatter_caution(decision));
     cautions.extend(sections::too_small_cautions(decision));
     let noise = sections::noise(calibration);
-    if verdict.is_claim() {
-        cautions.extend(sections::clock_cautions(decision));
-    }
-    cautions.extend(sections::implausible_cautions(&noise, &effects));
+    cautions.extend(sections::implausible_cautions(&noise, &effects, holdout));
     let of_calibration = lag.map(|found| instrument::found("calibration", &found, Lag::default()));
     let of_measured = lagging.map(|differing| instrument::found("measured", &differing.lag, calibrated.lag()));
     let mut report = Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
+        title: String::new(),
         verdict: *verdict,
+        confidence: Confidence::default(),
+        witness: Witness::default(),
         cautions,
         effects,
         disagreement,
@@ -124,6 +125,9 @@ fn report(
         version: env!("CARGO_PKG_VERSION").into(),
         elapsed_s: 0.0,
     };
+    let claims = if verdict.is_claim() { decision.selection.accepted() } else { &[] };
+    (report.witness, report.confidence) =
+        witness([calibration_set, decision.set], claims, &report, options.settings.laws);
     report.next_step = next_step(&report);
     (report, drivers)
 }

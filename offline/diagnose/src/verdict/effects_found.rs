@@ -8,6 +8,7 @@ use crate::data::runs::RunSet;
 use crate::laws::{Place, Reported};
 use crate::model::active_law::{ActiveLaw, is_log};
 use crate::schema::{CandidateLaw, EffectFound, FingerLawFound, FittedParameter};
+use crate::selection::acceptance::decisive_p;
 use crate::selection::forward::Selection;
 use crate::statistics::calibration::Calibration;
 use crate::verdict::decision::{Decision, families};
@@ -39,6 +40,7 @@ pub fn effects(decision: &Decision<'_>) -> (Vec<EffectFound>, Vec<DriverPlot>) {
             ),
             size_p90_relative: size_p90(set, &without, &with),
             gain_2ll: e.gain_2ll,
+            p: decisive_p(e.p_model, e.p_runs),
             p_model: e.p_model,
             p_runs: e.p_runs.p,
             against_calibration: e.p_runs.by_calibration,

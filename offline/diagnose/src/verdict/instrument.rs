@@ -72,6 +72,7 @@ pub fn effect(differing: &Differing, without: &Decision<'_>, with: &Decision<'_>
     let lag_s = estimate.lag.total_s();
     let (rows, before) = of_readings(without);
     let (_, after) = of_readings(with);
+    let p_model = (-minus_ln_p(estimate.gain_2ll, 2)).exp();
     EffectFound {
         law: FORCE_LAG.into(),
         family: FORCE_LAG.into(),
@@ -83,7 +84,8 @@ pub fn effect(differing: &Differing, without: &Decision<'_>, with: &Decision<'_>
         }],
         size_p90_relative: size_p90(&rows, &before, &after),
         gain_2ll: estimate.gain_2ll,
-        p_model: (-minus_ln_p(estimate.gain_2ll, 2)).exp(),
+        p: p_model,
+        p_model,
         p_runs: 1.0,
         against_calibration: true,
         outside_calibration: false,

@@ -32,3 +32,4 @@ mod selected;
 pub mod stability;
 pub mod survey;
 pub mod traces;
+mod witness;

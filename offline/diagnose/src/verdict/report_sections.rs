@@ -2,13 +2,12 @@
 
 use fingerpad_smooth::Parameter;
 
-use crate::data::runs::RunSet;
-use crate::laws::{Column, LawsFile};
+use crate::laws::LawsFile;
 use crate::model::random_effects::RandomEffect;
 use crate::model::residual_sums::ResidualSums;
 use crate::schema::{
-    Baseline, BaselineParameter, CandidateLaw, Caution, Disagreement, EffectFound, IMPLAUSIBLE, LawTest,
-    NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
+    Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Disagreement, EffectFound, IMPLAUSIBLE,
+    LawTest, NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
 };
 use crate::selection::lack_of_fit::{LEAST_SIZE, SCATTER_LEVEL};
 use crate::statistics::calibration::Calibration;
@@ -141,72 +140,63 @@ pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
 /// Largest scatter of runs of a calibration that a finger and its mounting have: of the touch point, mm, and of the forces.
 const LARGEST_SCATTER_MM: f64 = 0.1;
 const LARGEST_SCATTER: f64 = 0.15;
-/// Largest change of the forces by an effect.
+/// Largest change of the forces by an effect of a finger.
 const LARGEST_SIZE: f64 = 1.0;
+/// Least residual of runs that no fit saw, in noise floors: the floor is no measure of runs that scatter less than half as much.
+const LEAST_RATIO: f64 = 0.5;
 
-/// A calibration with more scatter than a finger has, and effects that are larger than the forces: errors of the files or of the model's
-/// form, on which no corrected model may rest.
-pub fn implausible_cautions(noise: &NoiseFound, effects: &[EffectFound]) -> Vec<Caution> {
-    let caution = |role: &str, column: &str, text: String| Caution {
-        kind: IMPLAUSIBLE.into(),
-        role: role.into(),
-        column: column.into(),
-        text: format!("{text} No corrected model is written."),
+/// What no finger does: a calibration with more scatter, effects larger than the forces, residuals far below the floor. No corrected model may
+/// rest on it. The first part of a sentence, up to the colon, is the title of the page.
+pub fn implausible_cautions(
+    noise: &NoiseFound,
+    effects: &[EffectFound],
+    holdout: &CrossValidationError,
+) -> Vec<Caution> {
+    let mut out = Vec::new();
+    let mut caution = |role: &str, text: String| {
+        out.push(Caution {
+            kind: IMPLAUSIBLE.into(),
+            role: role.into(),
+            column: if role == "calibration" { "run_id" } else { "" }.into(),
+            text: format!("{text} No corrected model is written."),
+        });
     };
     let gain = noise.run_gain_normal.max(noise.run_gain_friction);
-    let scatters = noise.depth_zero_mm > LARGEST_SCATTER_MM || gain > LARGEST_SCATTER;
-    let of_calibration = scatters.then(|| {
-        let text = format!(
-            "The calibration runs scatter by {:.2} mm of touch point and {:.0} % of force, where a finger and its mounting have at most \
-             {LARGEST_SCATTER_MM} mm and {:.0} %: they have an effect, a mistake in a column, or a finger that the model does not represent.",
-            noise.depth_zero_mm,
-            100.0 * gain,
-            100.0 * LARGEST_SCATTER
-        );
-        caution("calibration", "run_id", text)
-    });
-    let too_large = effects.iter().filter(|effect| effect.size_p90_relative > LARGEST_SIZE);
-    let of_effects = too_large.map(|effect| {
-        let text = format!(
-            "{} would change the forces by {:.0} %: a mistake in the files or in the model's form, no effect of a finger.",
-            effect.law.replace('_', " "),
-            100.0 * effect.size_p90_relative
-        );
-        caution("measured", "", text)
-    });
-    of_calibration.into_iter().chain(of_effects).collect()
-}
-
-/// Correlation of a state column with the clock over the runs from which on a drift would look like a law along the column.
-const GOES_WITH_CLOCK: f64 = 0.7;
-
-/// Named laws along a state of the finger that went with the clock: run-in, wear and drying change the strength in the same way.
-pub fn clock_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Caution> {
-    const STATES: [Column; 3] = [Column::Hydration, Column::Temperature, Column::Width];
-    decision.selection.accepted().iter().filter_map(|active| {
-        let column = *active.law.drivers.iter().find(|driver| STATES.contains(driver))?;
-        let r = correlation_with_clock(decision.set, column);
-        (r.abs() > GOES_WITH_CLOCK).then(|| Caution {
-            kind: "clock".into(),
-            role: "measured".into(),
-            column: column.name().into(),
-            text: format!(
-                "{} goes with the clock (correlation {r:.2} over the runs): a strength that drifts over the session (run-in, wear, drying) \
-                 would look like {}, and no law of the library has it. Runs in another order, or a law of your own over t_s (--laws), \
-                 would tell them apart.",
-                column.name(),
-                active.law.name.replace('_', " ")
+    if noise.depth_zero_mm > LARGEST_SCATTER_MM || gain > LARGEST_SCATTER {
+        caution(
+            "calibration",
+            format!(
+                "The calibration runs scatter by {:.2} mm of touch point and {:.0} % of force, where a finger and its mounting have at most \
+                 {LARGEST_SCATTER_MM} mm and {:.0} %: they have an effect, a mistake in a column, or a finger that the model does not \
+                 represent.",
+                noise.depth_zero_mm,
+                100.0 * gain,
+                100.0 * LARGEST_SCATTER
             ),
-        })
-    })
-}
-
-/// Correlation of a column with the clock over the runs.
-fn correlation_with_clock(set: &RunSet, column: Column) -> f64 {
-    let pairs: Vec<[f64; 2]> = set.runs.iter().map(|run| [run.value(Column::Time), run.value(column)]).collect();
-    let mean = [0, 1].map(|k| pairs.iter().map(|pair| pair[k]).sum::<f64>() / pairs.len() as f64);
-    let sum = |a: usize, b: usize| pairs.iter().map(|pair| (pair[a] - mean[a]) * (pair[b] - mean[b])).sum::<f64>();
-    sum(0, 1) / (sum(0, 0) * sum(1, 1)).sqrt()
+        );
+    }
+    // A sensor may have any gain.
+    for effect in effects.iter().filter(|e| e.size_p90_relative > LARGEST_SIZE && e.law != "force_gain") {
+        caution(
+            "measured",
+            format!(
+                "{} would change the forces by {:.0} %: a mistake in the files or in the model's form, no effect of a finger.",
+                effect.law.replace('_', " "),
+                100.0 * effect.size_p90_relative
+            ),
+        );
+    }
+    if holdout.ratio_after < LEAST_RATIO {
+        caution(
+            if holdout.method == "file" { "holdout" } else { "measured" },
+            format!(
+                "The residual is {:.2} times the noise floor: the calibration runs scatter far more than these runs, so the floor hides \
+                 misfit, and effects smaller than it were not looked for.",
+                holdout.ratio_after
+            ),
+        );
+    }
+    out
 }
 
 /// Laws that stand out from chance and are smaller than the model is exact.

@@ -15,23 +15,9 @@ use crate::data::csv_text::{CsvRows, short};
 use crate::data::median::median;
 use crate::data::runs::RunSet;
 use crate::data::runs_csv;
-use crate::laws::run_columns::{REQUIRED, RUN_COLUMNS};
+use crate::laws::run_columns::{REQUIRED, RUN_COLUMNS, RunColumn};
 use crate::laws::{Column, LAWS};
 use crate::selection::scan::why_untestable;
-
-/// Names under which loggers write our columns, in lower case without units.
-const USUAL_NAMES: [(&str, &[&str]); 10] = [
-    ("run_id", &["run", "trial", "stroke", "test_no", "versuch", "lauf"]),
-    ("t_s", &["t", "time", "zeit", "timestamp", "x_value"]),
-    ("depth_mm", &["depth", "z", "indentation", "eindringtiefe", "tiefe"]),
-    ("slide_x_mm", &["slide", "slide_x", "x", "pos", "position", "displacement", "weg"]),
-    ("slide_y_mm", &["slide_y", "y"]),
-    ("normal_force_n", &["fn", "fz", "normal", "normal_force", "normalkraft", "load", "last"]),
-    ("friction_x_n", &["fx", "ft", "friction", "friction_force", "tangential_force", "reibkraft", "reibungskraft"]),
-    ("friction_y_n", &["fy"]),
-    ("temperature_c", &["temperature", "temp", "temperatur"]),
-    ("hydration_au", &["hydration", "moisture", "feuchte"]),
-];
 
 /// A column of a file.
 #[derive(Clone, Debug, Serialize)]
@@ -106,14 +92,14 @@ fn split_unit(name: &str) -> (String, Option<&str>) {
 /// Which column of the file is which of ours: by its exact name or that of `--map`, or else by a usual name.
 fn recognised<'h>(header: &'h [String], map: &ColumnMap) -> Vec<(&'static str, usize, bool, Option<&'h str>)> {
     let mut out = Vec::new();
-    for (column, _) in RUN_COLUMNS {
-        if let Some(place) = header.iter().position(|name| name == map.name(column)) {
-            out.push((column, place, false, None));
+    for known in RUN_COLUMNS {
+        if let Some(place) = header.iter().position(|name| name == map.name(known.name)) {
+            out.push((known.name, place, false, None));
         }
     }
-    for (column, names) in USUAL_NAMES {
+    for RunColumn { name: column, usual, .. } in RUN_COLUMNS {
         let taken = |place: usize| out.iter().any(|(_, other, ..)| *other == place);
-        let found = names.iter().find_map(|usual| header.iter().position(|name| split_unit(name).0 == *usual));
+        let found = usual.iter().find_map(|usual| header.iter().position(|name| split_unit(name).0 == *usual));
         if let Some(place) = found.filter(|place| !taken(*place))
             && !out.iter().any(|(other, ..)| *other == column)
         {
@@ -133,8 +119,10 @@ pub fn survey(path: &Path, map: Option<&str>, unit: Option<&str>) -> Result<Surv
     let given = ColumnMap::parse(map, unit).map_err(SurveyError::Options)?;
     let failed = |source| Error::File { path: path.to_path_buf(), source };
     let open = || File::open(path).map(BufReader::new).map_err(failed);
-    let is_usual = |name: &str| USUAL_NAMES.iter().any(|(_, names)| names.contains(&split_unit(name).0.as_str()));
-    let ours = |name: &str| RUN_COLUMNS.iter().any(|(column, _)| given.name(column) == name) || is_usual(name);
+    let ours = |name: &str| {
+        let bare = split_unit(name).0;
+        RUN_COLUMNS.iter().any(|known| given.name(known.name) == name || known.usual.contains(&bare.as_str()))
+    };
     let mut cells = CsvRows::open(path, open()?, ours)?;
     let header = cells.header().to_vec();
     let known = recognised(&header, &given);
@@ -150,7 +138,7 @@ pub fn survey(path: &Path, map: Option<&str>, unit: Option<&str>) -> Result<Surv
     }
     let (maps, units) = (maps.join(","), units.join(","));
     let used = ColumnMap::parse(Some(&maps), Some(&units)).map_err(SurveyError::Options)?;
-    let is_text = |column: &str| ["run_id", "condition_id", "block_id", "subject_id"].contains(&column);
+    let is_text = |column: &str| RUN_COLUMNS.iter().any(|known| known.is_text && known.name == column);
     let numbers: Vec<(&str, usize)> =
         known.iter().filter(|k| !is_text(k.0)).map(|(column, place, ..)| (*column, *place)).collect();
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); numbers.len()];

@@ -300,6 +300,7 @@ impl FindingBuilder<'_> {
                 parameters: parameters_of(best, |p| own.contains(&p)),
                 size_p90_relative: changes.iter().copied().fold(0.0, f64::max),
                 gain_2ll: gain,
+                p: p_of(gain),
                 p_model: p_of(gain),
                 p_runs: 1.0,
                 against_calibration: true,

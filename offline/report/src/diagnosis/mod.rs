@@ -64,7 +64,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
         })
     }));
     figures.extend(report.stability.iter().map(repeated::stability_picture));
-    let json = serde_json::to_string_pretty(report)? + "\n";
+    let json = serde_json::to_string_pretty(&Diagnosis { title: words::title(report), ..report.clone() })? + "\n";
     Ok(Rendered { html: page::page(report, &figures), json, figures })
 }
 

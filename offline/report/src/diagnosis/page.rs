@@ -28,6 +28,7 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
             }
             p.number { (prose(&words::number(report))) }
             p.verdict { (prose(&words::verdict(report))) }
+            p.meta { (prose(&words::confidence(report))) }
             @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
             @for sentence in repeated::sentences(report) { p.meta { (sentence) } }
             @if let Some((_, caution)) = red { p.warning { (prose(caution)) } }
@@ -96,7 +97,8 @@ fn effects(report: &Diagnosis) -> Markup {
             div.side { (parameters(e)) (candidates(e)) }
             p.meta {
                 "gain " (fixed(e.gain_2ll, 1)) " in 2 log likelihood (" (fixed(e.lambda_detect, 1))
-                " expected under this protocol); p = " (format!("{:.1e}", e.p_model)) " by the model over all laws and shapes"
+                " expected under this protocol); p = " (format!("{:.1e}", e.p)) " decides: " (format!("{:.1e}", e.p_model))
+                " by the model over all laws and shapes"
                 // Without runs there is nothing to be flipped.
                 @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
                 @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }

@@ -2,8 +2,8 @@
 
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
-    COLUMNS, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation, FingerLawFound,
-    FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict,
+    COLUMNS, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation,
+    FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict, Witness,
 };
 
 /// A law's or a family's name in running text.
@@ -116,7 +116,34 @@ pub fn input(file: &InputFile) -> String {
 
 /// The verdict as one paragraph.
 pub fn verdict(report: &Diagnosis) -> String {
-    answer(report) + &outside_note(report) + &finger_note(report) + &instrument_note(report)
+    let doubt = if report.implausible().is_some() {
+        "This would be the answer if the files and the model could be trusted, which they cannot: "
+    } else {
+        ""
+    };
+    doubt.to_owned() + &answer(report) + &outside_note(report) + &finger_note(report) + &instrument_note(report)
+}
+
+/// How far the verdict can be relied on, with the regression that needs no model.
+pub fn confidence(report: &Diagnosis) -> String {
+    let Witness { tests, disagrees, level } = &report.witness;
+    let seen: Vec<String> = tests
+        .iter()
+        .filter(|t| t.p < *level)
+        .map(|t| format!("{} on {} (p {:.0e})", t.channel.replace("normal", "normal force"), column(&t.column), t.p))
+        .collect();
+    let sees = if seen.is_empty() { "no dependence".into() } else { format!("a dependence of {}", seen.join(", ")) };
+    let word = match report.confidence {
+        Confidence::High => "high",
+        Confidence::Moderate => "moderate",
+        Confidence::Low => "low",
+    };
+    let witness = match (tests.is_empty(), disagrees.is_empty()) {
+        (true, _) => "there are too few runs for a regression of run means beside it".into(),
+        (_, true) => format!("a regression of run means without the model finds {sees}"),
+        (_, false) => format!("a regression of run means without the model disagrees: {}", disagrees.join(", and ")),
+    };
+    format!("Confidence: {word}; {witness}.")
 }
 
 /// A sentence about the laws that the calibration runs follow.
@@ -158,8 +185,12 @@ fn instrument_note(report: &Diagnosis) -> String {
     report.instrument.iter().map(sentence).collect()
 }
 
-/// The title of the page: the result with the gap on held-out runs.
+/// The title of the page: the result with the gap on held-out runs, or what cannot be.
 pub fn title(report: &Diagnosis) -> String {
+    if let Some(Caution { text, .. }) = report.implausible() {
+        let finding = text.split_once(':').map_or(text.as_str(), |(finding, _)| finding);
+        return format!("No result: {}{}", finding[..1].to_lowercase(), &finding[1..]);
+    }
     let gap = &report.holdout;
     let closed = format!("gap {} to {} noise floors", fixed(gap.ratio_before, 1), fixed(gap.ratio_after, 1));
     match report.verdict {
@@ -328,7 +359,14 @@ pub fn name(verdict: Verdict) -> &'static str {
 pub fn summary(report: &Diagnosis) -> String {
     let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
     let first: String = cautions(report).iter().map(|(kind, text)| format!("{kind}: {text}\n")).collect();
-    format!("{first}verdict: {}\n{}{fe}\nNext: {}", word(report), verdict(report), report.next_step)
+    let doubt = report.implausible().map_or_else(String::new, |_| format!(" ({})", title(report)));
+    format!(
+        "{first}verdict: {}{doubt}\n{}\n{}{fe}\nNext: {}",
+        word(report),
+        verdict(report),
+        confidence(report),
+        report.next_step
+    )
 }
 
 /// The finding of the finite elements, in one or two sentences.

@@ -138,7 +138,7 @@ impl SimulationInputs {
             return if sample.in_contact[lane] { forces_n } else { [0.0; 3] };
         }
         let change = &self.changes[place];
-        let mut reading = change.reading_n;
+        let mut force_n = [0.0; 3];
         if sample.in_contact[lane] {
             let (mut normal, mut drag) = (forces_n[0], 0.0);
             if change.adhesion_n != 0.0 || change.drag_n != 0.0 {
@@ -146,13 +146,12 @@ impl SimulationInputs {
                 normal -= change.adhesion_n * area.sqrt();
                 drag = change.drag_n * area;
             }
-            reading[0] += normal;
-            for k in 0..2 {
-                let along = sample.heading[2 + k].as_array()[lane];
-                reading[1 + k] += forces_n[1 + k] + drag * along + change.cross[k] * normal;
+            force_n[0] = normal;
+            for k in 1..3 {
+                force_n[k] = forces_n[k] + drag * sample.heading[1 + k].as_array()[lane];
             }
         }
-        reading
+        change.reading(force_n)
     }
 
     /// Predicted readings, three a sample, N: normal, x, y.

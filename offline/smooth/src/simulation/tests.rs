@@ -69,9 +69,10 @@ fn alone(model: &SmoothModel, changes: &[ModelChange], stroke: &Stroke, out: &mu
             memory.at.normal_n * change.stiffness * (1.0 + s[0] * mx * mx + s[1] * my * my) + p[0] * fx + p[1] * fy
                 - change.adhesion_n * area.sqrt();
         let drag = change.drag_n * area;
-        out.push(normal + b_n);
-        out.push(fx + drag * sample.direction[0] + change.cross[0] * normal + b_x);
-        out.push(fy + drag * sample.direction[1] + change.cross[1] * normal + b_y);
+        let gain = 1.0 + change.gain;
+        out.push(gain * normal + b_n);
+        out.push(gain * (fx + drag * sample.direction[0] + change.cross[0] * normal) + b_x);
+        out.push(gain * (fy + drag * sample.direction[1] + change.cross[1] * normal) + b_y);
     }
 }
 
@@ -132,6 +133,7 @@ fn changes(next: &mut impl FnMut() -> f64, strokes: &[Stroke], kind: u64) -> Vec
                 depth_mm: around(0.0, 0.1),
                 reading_n: [around(0.0, 0.1), around(0.0, 0.1), around(0.0, 0.1)],
                 cross: [around(0.0, 0.1), around(0.0, 0.1)],
+                gain: around(0.0, 0.1),
                 drag_n: around(0.0, 0.05),
                 adhesion_n: around(0.0, 0.05),
             },
