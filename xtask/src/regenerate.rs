@@ -71,25 +71,25 @@ const MADE: &[Made] = &[
         name: "silicone-dome",
         from: &[],
         files: &["data/models/silicone-dome-pad.fpm", "data/models/silicone-dome.fpm"],
-        how: How::Tip("--dome 8 --core 4 --material dragon-skin-10 --mu 0.8"),
+        how: How::Tip("--dome 8 --core 4 --material dragon-skin-10 --mu 0.8 --mesh-preset medium"),
     },
     Made {
         name: "allegro-tip",
         from: &[],
         files: &["data/models/allegro-tip-pad.fpm", "data/models/allegro-tip.fpm"],
-        how: How::Tip("--dome 12 --core 8 --length-mm 32 --material dragon-skin-30 --mu 0.8"),
+        how: How::Tip("--dome 12 --core 8 --length-mm 32 --material dragon-skin-30 --mu 0.8 --mesh-preset medium"),
     },
     Made {
         name: "leap-tip",
         from: &[],
         files: &["data/models/leap-tip-pad.fpm", "data/models/leap-tip.fpm"],
-        how: How::Tip("--dome 9 --core 5.5 --material dragon-skin-30 --mu 0.8"),
+        how: How::Tip("--dome 9 --core 5.5 --material dragon-skin-30 --mu 0.8 --mesh-preset medium"),
     },
     Made {
         name: "gel-on-plate",
         from: &[],
         files: &["data/models/gel-on-plate-pad.fpm", "data/models/gel-on-plate.fpm"],
-        how: How::Tip("--flat 20,16,4 --material ecoflex-00-30 --mu 0.8"),
+        how: How::Tip("--flat 20,16,4 --material ecoflex-00-30 --mu 0.8 --mesh-preset coarse"),
     },
 ];
 
@@ -173,7 +173,7 @@ impl Made {
             }
             How::Reference => reference(),
             How::Tip(flags) => {
-                finger(&format!("{flags} --mesh-preset medium"))?;
+                finger(flags)?;
                 take("pad.fpm", self.files[0])?;
                 take("model.fpm", self.files[1])
             }

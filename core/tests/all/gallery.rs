@@ -32,7 +32,10 @@ fn every_shipped_model_presses_and_slides() {
             let file = PadModelFile::new(&bytes).unwrap();
             let pad = &file.file().pad;
             let (mut state, pose) = (PadState::<64>::new(pad).unwrap(), [pad.numbers.neutral_pitch_deg, 0.0]);
-            motions(0.4 * pad.numbers.depth_max_mm).map(|motion| pad.step(&mut state, &Plane, motion, pose)).last().unwrap()
+            motions(0.4 * pad.numbers.depth_max_mm)
+                .map(|motion| pad.step(&mut state, &Plane, motion, pose))
+                .last()
+                .unwrap()
         } else {
             seen[1] += 1;
             let file = ModelFile::new(&bytes).unwrap();
