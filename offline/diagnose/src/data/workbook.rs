@@ -27,7 +27,7 @@ pub fn first_sheet(bytes: Vec<u8>) -> Result<(String, String), String> {
     let mut dated = false;
     for row in sheet.rows() {
         let cells: Vec<String> = row.iter().map(|cell| cell_text(cell, &mut dated)).collect();
-        text += cells.join("\t").trim_end_matches('\t');
+        text += &cells.join("\t");
         text.push('\n');
     }
     let others = match names.len() - 1 {
