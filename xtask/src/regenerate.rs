@@ -85,12 +85,6 @@ const MADE: &[Made] = &[
         files: &["data/models/leap-tip-pad.fpm", "data/models/leap-tip.fpm"],
         how: How::Tip("--dome 9 --core 5.5 --material dragon-skin-30 --mu 0.8 --mesh-preset medium"),
     },
-    Made {
-        name: "gel-on-plate",
-        from: &[],
-        files: &["data/models/gel-on-plate-pad.fpm", "data/models/gel-on-plate.fpm"],
-        how: How::Tip("--flat 20,16,4 --material ecoflex-00-30 --mu 0.8 --mesh-preset coarse"),
-    },
 ];
 
 /// Where the checksums stand.
