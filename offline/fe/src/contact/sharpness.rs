@@ -37,7 +37,7 @@ impl Surface {
             let is_over_edge = matches!(self.body(), RigidBody::Edge { .. }) && corners.iter().any(bends);
             (area.sqrt(), if is_over_edge { self.body().least_radius_mm() } else { radius_mm })
         };
-        let faces = self.facets.iter().filter(|facet| facet.corners().iter().any(|n| touches(n)));
+        let faces = self.facets.iter().filter(|facet| facet.corners().iter().any(&touches));
         let all = faces.map(|facet| {
             let (face_mm, radius_mm) = of_face(facet.corners());
             let is_inside_out = Corners::of(facet, &spots, &vec![1.0; spots.len()]).is_inside_out(facet);
