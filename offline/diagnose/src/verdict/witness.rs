@@ -239,7 +239,7 @@ pub fn witness(
     let is_seen = |column: &&str| seen().any(|t| t.column == **column);
     let confidence = if !disagrees.is_empty() || report.implausible().is_some() {
         Confidence::Low
-    } else if !tests.is_empty() && (report.verdict == Verdict::None || of_claims.iter().any(|c| is_seen(c))) {
+    } else if !tests.is_empty() && (report.verdict == Verdict::None || of_claims.iter().any(is_seen)) {
         Confidence::High
     } else {
         Confidence::Moderate
