@@ -378,7 +378,7 @@ const INSTRUCTION_BOUNDS: [(&str, u32); 12] = [
     ("tuned", 83),
     ("calibration, work on a block", 4986),
     ("effects, none in the file", 1085),
-    ("effects, all of them", 2466),
+    ("effects, all of them", 2609),
 ];
 /// Most instructions of a step of the pad: a bounded number of rounds, each of bounded cost. The counter overflows
 /// beyond 650 000.
