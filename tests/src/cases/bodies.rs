@@ -67,14 +67,11 @@ pub fn forces_find_the_places_of_a_ball_and_of_the_plane() {
     driven_by_forces(&RigidBodySettings::default(), [true, true, true, true]);
 }
 
-/// With one, two and three axes and the moment, on every kind of body.
+/// With one, two and three axes and the moment. On an edge a slide force that grows from first touch on ends at a limit point.
 pub fn forces_find_the_places_of_every_body() {
-    for body in [
-        RigidBodySettings::default(),
-        round(BodyKind::Sphere, 10.0, None),
-        round(BodyKind::Cylinder, 8.0, Some(30.0)),
-        round(BodyKind::Edge, 4.0, Some(90.0)),
-    ] {
+    for body in
+        [RigidBodySettings::default(), round(BodyKind::Sphere, 10.0, None), round(BodyKind::Cylinder, 8.0, Some(30.0))]
+    {
         for driven in [
             [true, false, false, false],
             [false, true, true, false],
