@@ -60,8 +60,13 @@ impl<T: Real> Change<T> {
 
     /// The sensor's reading of a force, N: normal, x, y.
     pub fn reading(&self, [normal, x, y]: [T; 3]) -> [T; 3] {
-        let ([tare, tare_x, tare_y], [to_x, to_y], gain) = (self.reading_n, self.cross, T::ONE + self.gain);
-        [gain * normal + tare, gain * (x + to_x * normal) + tare_x, gain * (y + to_y * normal) + tare_y]
+        let ([tare, tare_x, tare_y], [to_x, to_y]) = (self.reading_n, self.cross);
+        // The gain comes last, so that a sensor without one reads the bits of earlier versions.
+        [
+            normal + tare + self.gain * normal,
+            x + tare_x + to_x * normal + self.gain * (x + to_x * normal),
+            y + tare_y + to_y * normal + self.gain * (y + to_y * normal),
+        ]
     }
 
     /// Multiplies the strength by a factor, at least [`LEAST_FACTOR`]. NaN, from an unknown driver, counts as 1.

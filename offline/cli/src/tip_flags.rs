@@ -3,10 +3,11 @@
 //! Main type: [`TipFlags`].
 
 use anyhow::anyhow;
+use clap::builder::PossibleValuesParser;
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Bone, BoneKind};
-use fingerpad_fe::material::{ASSUMED_POISSON, Material, NeoHooke, Preset};
+use fingerpad_fe::material::{ASSUMED_POISSON, Material, NeoHooke, PRESETS, Preset};
 
 use super::Failure;
 
@@ -28,9 +29,9 @@ pub struct TipFlags {
     /// (default 100, assumed)
     #[arg(long, visible_alias = "flat", value_name = "L,W,T[,R]", conflicts_with_all = ["shape", "volume", "imported", "dome_mm"])]
     flat_mm: Option<String>,
-    /// Material of all soft tissue, on a fixed core: ecoflex-00-30, dragon-skin-10, dragon-skin-30, sylgard-184
-    #[arg(long, value_name = "NAME", value_parser = Preset::named, conflicts_with = "young_mpa")]
-    material: Option<Preset>,
+    /// Material of all soft tissue, on a fixed core
+    #[arg(long, value_name = "NAME", value_parser = names(), conflicts_with = "young_mpa")]
+    material: Option<String>,
     /// The same by its Young's modulus, MPa
     #[arg(long, visible_alias = "young", value_name = "E", value_parser = positive)]
     young_mpa: Option<f64>,
@@ -40,6 +41,11 @@ pub struct TipFlags {
     /// Coefficient of Coulomb friction, in place of the friction law
     #[arg(long, value_name = "MU", value_parser = positive)]
     mu: Option<f64>,
+}
+
+/// The names of materials.
+fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(PRESETS.map(|preset| preset.name))
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -81,18 +87,19 @@ impl TipFlags {
             config.shape.0 = shape;
             (config.volume, config.imported) = (None, None);
         }
-        let young_mpa = self.young_mpa.or(self.material.map(|preset| preset.young_mpa));
+        let preset = self.material.as_deref().map(Preset::named).transpose().map_err(|e| Failure::Input(anyhow!(e)))?;
+        let young_mpa = self.young_mpa.or(preset.map(|preset| preset.young_mpa));
         match (young_mpa, self.poisson) {
             (Some(young_mpa), poisson) => {
                 let poisson = poisson.unwrap_or(ASSUMED_POISSON);
                 let law = Material::NeoHooke(NeoHooke::from_young(young_mpa, poisson));
                 (config.tissue.skin, config.tissue.subcutaneous) = (law, law);
                 config.tissue.bone = Bone { kind: BoneKind::Fixed, ..config.tissue.bone };
-                if let Some(preset) = self.material {
-                    println!("{}: E = {young_mpa:.3} MPa, {}", preset.name, preset.source);
+                if let Some(preset) = preset {
+                    eprintln!("note: {}: E = {young_mpa:.3} MPa, {}", preset.name, preset.source);
                 }
                 if self.poisson.is_none() {
-                    println!("Poisson's ratio {ASSUMED_POISSON}, assumed");
+                    eprintln!("note: Poisson's ratio {ASSUMED_POISSON}, assumed");
                 }
             }
             (None, Some(_)) => return Err(Failure::Input(anyhow!("--poisson without --young-mpa or --material"))),

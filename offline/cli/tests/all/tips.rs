@@ -98,7 +98,7 @@ fn tips_by_dimensions_are_refused_by_name_and_value() {
         ("--dome 12 --core 7 --young 0.3", &["missing --mu MU"]),
         ("--dome 12 --core 13 --young 0.3 --mu 1", &["core_mm = 13", "must leave a layer under 12 mm"]),
         ("--dome 12 --young 0.3 --mu 1", &["--core-mm"]),
-        ("--dome 12 --core 7 --material foam --mu 1", &["no material `foam`", "dragon-skin-10"]),
+        ("--dome 12 --core 7 --material foam --mu 1", &["foam", "dragon-skin-10"]),
         ("--flat 20,16 --young 0.3 --mu 1", &["flat:20,16", "2 numbers", "thickness"]),
         ("--flat 20,16,4,9 --young 0.3 --mu 1", &["crown of 9 mm"]),
         ("--dome 12 --core 7 --young 0.3 --mu 1 --poisson 0.5", &["between 0 and 0.5"]),
@@ -106,7 +106,14 @@ fn tips_by_dimensions_are_refused_by_name_and_value() {
     ] {
         folder.refused(&format!("mesh {flags} --mesh-preset coarse --out m.vtu"), parts);
     }
+    folder.refused("phantom --flat 20,16,4.5 --young 0.3 --mu 1 --out p.nrrd", &["flat:20,16,4.5", "needs a dome"]);
     assert!(folder.names("").is_empty());
+    // What scripts read holds no remarks.
+    let (json, _) =
+        folder.done("mesh --dome 12 --core 7 --material sylgard-184 --mu 1 --mesh-preset coarse --out m.vtu --json");
+    serde_json::from_str::<serde_json::Value>(&json).unwrap();
+    let (config, _) = folder.done("build --dome 12 --core 7 --young 0.3 --mu 1 --print-config");
+    assert!(config.contains("shape = \"dome:12,7\"") && config.starts_with("shape"), "{config}");
     // No skin and no phalanx in the words on a robot's fingertip.
     let (printed, _) =
         folder.done("mesh --dome 12 --core 7 --young 0.3 --mu 0.8 --mesh-preset coarse --out m.vtu --picture m.svg");

@@ -84,7 +84,7 @@ fn terms(column: Column, of: &Summary<'_>) -> Vec<f64> {
     }
 }
 
-/// Orthonormal columns that span some columns; what is left of a column that lies within the others is left out.
+/// An orthonormal basis of the space that the columns span (Gram-Schmidt). A column that depends on earlier ones adds nothing.
 fn basis(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut out: Vec<Vec<f64>> = Vec::new();
     for column in columns {

@@ -83,6 +83,11 @@ pub enum ConfigError {
         "tissue.regions.{0}: {1} has the soft regions skin and subcutaneous only; other regions need an imported mesh"
     )]
     NoSuchRegion(String, &'static str),
+    /// A flat pad where the numbers of a parametric fingertip are needed.
+    #[error(
+        "shape `{0}`: a flat pad has no numbers of a fingertip; this command needs a dome, a shape by name or a geometry file"
+    )]
+    FlatPad(String),
     /// Both a volume and a mesh.
     #[error("`volume` and `imported` are both given; a finger has one geometry")]
     TwoGeometries,

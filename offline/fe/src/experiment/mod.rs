@@ -157,6 +157,9 @@ impl Config {
         if FingertipShape::is_name(&self.shape.0) {
             return Ok(FingertipShape::named(&self.shape.0)?);
         }
+        if FlatPad::named(&self.shape.0)?.is_some() {
+            return Err(ConfigError::FlatPad(self.shape.0.clone()));
+        }
         let path = PathBuf::from(&self.shape.0);
         if path.extension().is_none() {
             // Not a file: the library's error lists the names.

@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{BoneKind, Finger, Tissue};
-use fingerpad_fe::mesh::{self, FingertipShape, MeshPreset, Nail};
+use fingerpad_fe::mesh::{self, FingertipShape, MeshPreset};
 
 use super::*;
 
@@ -163,33 +163,7 @@ fn the_finger_that_ships_can_follow_every_path() {
 
 /// A dome on a fixed core.
 fn dome(radius_mm: f64, core_mm: f64) -> Finger {
-    let shape = FingertipShape {
-        half_width_mm: radius_mm,
-        half_thickness_mm: radius_mm,
-        length_mm: 2.0 * radius_mm,
-        cap_length_mm: radius_mm,
-        section_exponent: 2.0,
-        profile_exponent: 2.0,
-        taper_slope: 0.0,
-        taper_start_mm: radius_mm,
-        taper_blend_mm: 0.5 * radius_mm,
-        skin_thickness_mm: 0.15 * (radius_mm - core_mm),
-        bone_half_width_mm: core_mm,
-        bone_half_thickness_mm: core_mm,
-        bone_cap_length_mm: core_mm,
-        bone_section_exponent: 2.0,
-        bone_profile_exponent: 2.0,
-        bone_dorsal_offset_mm: 0.0,
-        bone_distal_clearance_mm: radius_mm - core_mm,
-        joint_start_mm: 0.3 * radius_mm,
-        joint_end_mm: 0.4 * radius_mm,
-        nail: Nail::None,
-        nail_start_mm: 0.5 * radius_mm,
-        nail_end_mm: radius_mm,
-        pad_height_mm: radius_mm - core_mm + 0.2,
-        inclination_deg: 45.0,
-        ..FingertipShape::default()
-    };
+    let shape = FingertipShape::dome(radius_mm, core_mm, 2.0 * radius_mm).unwrap();
     Finger::new(mesh::fingertip(&shape, &MeshPreset::Coarse.divisions()).unwrap(), &fixed_core()).unwrap()
 }
 
