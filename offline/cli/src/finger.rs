@@ -3,6 +3,7 @@
 mod bed;
 mod make;
 mod pad;
+mod page;
 mod retune;
 mod runs;
 mod springs;

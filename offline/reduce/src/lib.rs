@@ -42,7 +42,7 @@ pub use design::{
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
-pub use limit_surface::{LimitPoint, LimitSurface, LimitSurfaceError};
+pub use limit_surface::{LimitPoint, LimitSurface, LimitSurfaceError, limit_points_of_bed, limit_points_of_pad};
 pub use model::{KindScores, Meta, Ranges, Reduced, reduce};
 pub use progress::{FitProgress, FitStage};
 pub use replay::{STEP_MM, STEP_RAD, pressure_centre, replay, replay_steps, spin_moment};

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use fingerpad::pad::{Pad, PadState, Plane};
-use fingerpad::{File, Motion, Response, SpinState};
+use fingerpad::{File, ModelOf, Motion, Response, StateOf};
 use rayon::prelude::*;
 
 use crate::pad::MOST_PATCHES;
@@ -85,52 +85,72 @@ pub struct LimitSurface {
     pub triangles: Vec<[usize; 3]>,
 }
 
+/// Points of the limit surface of a bed of springs, in its pose, along `directions` as in [`LimitPoint::direction`].
+///
+/// # Errors
+/// [`LimitSurfaceError`] for a depth that is not above 0 or not within the model's range, and for a slide that does not become steady.
+pub fn limit_points_of_bed<const M: usize, const N: usize>(
+    model: &ModelOf<'_, M, N>,
+    depth_mm: f64,
+    directions: &[[f64; 3]],
+) -> Result<Vec<LimitPoint>, LimitSurfaceError> {
+    check_depth(depth_mm, f64::from(model.depth_max_mm()))?;
+    let step = |state: &mut StateOf<M, 2>, motion: Motion| model.step(state, motion);
+    let (contact, _) = press(StateOf::<M, 2>::default(), step, depth_mm);
+    directions.par_iter().map(|&direction| slide(contact, step, depth_mm as f32, direction)).collect()
+}
+
+/// Points of the limit surface of a pad in a pose (pitch and roll, degrees), along `directions` as in [`LimitPoint::direction`].
+///
+/// # Errors
+/// [`LimitSurfaceError`] for a depth or a pose outside the pad's range.
+pub fn limit_points_of_pad(
+    pad: &Pad<'_>,
+    depth_mm: f64,
+    [pitch_deg, roll_deg]: [f64; 2],
+    directions: &[[f64; 3]],
+) -> Result<Vec<LimitPoint>, LimitSurfaceError> {
+    let n = pad.numbers;
+    check_depth(depth_mm, f64::from(n.depth_max_mm))?;
+    let [least, most] = n.pitch_range_deg.map(f64::from);
+    check_range("pitch in degrees", pitch_deg, least, most)?;
+    check_range("roll in degrees", roll_deg, -f64::from(n.roll_max_deg), f64::from(n.roll_max_deg))?;
+    let pose_deg = [pitch_deg as f32, roll_deg as f32];
+    let state = PadState::<MOST_PATCHES>::over(pad, pose_deg).expect("a checked pad has at most so many patches");
+    let (contact, pressed) = press(state, |state, motion| pad.step(state, &Plane, motion, pose_deg), depth_mm);
+    if !(pressed.normal_force_n > 0.0) {
+        return Err(LimitSurfaceError::NoContact { depth_mm });
+    }
+    let point = |&direction: &[f64; 3]| {
+        let [x, y, turn_mm] = direction.map(|part| part as f32);
+        let [fx, fy, moment] = pad.full_slip(&contact, &Plane, [x, y, turn_mm / ARM_MM as f32]).map(f64::from);
+        LimitPoint {
+            direction,
+            friction_n: [fx, fy],
+            spin_moment_n_mm: moment,
+            normal_force_n: f64::from(pressed.normal_force_n),
+        }
+    };
+    Ok(directions.iter().map(point).collect())
+}
+
 impl LimitSurface {
     /// The limit surface of a bed of springs, in its pose.
     ///
     /// # Errors
-    /// [`LimitSurfaceError`] for a depth that is not above 0 or not within the model's range, and for a slide that does not become steady.
+    /// As [`limit_points_of_bed`].
     pub fn of_bed(file: &File<'_>, depth_mm: f64) -> Result<Self, LimitSurfaceError> {
-        check_depth(depth_mm, f64::from(file.model.depth_max_mm()))?;
-        let step = |state: &mut SpinState, motion: Motion| file.model.step(state, motion);
-        let (contact, _) = press(SpinState::default(), step, depth_mm);
-        Self::over_directions(|direction| slide(contact, step, depth_mm as f32, direction))
+        let (directions, triangles) = sphere(HALVINGS);
+        Ok(Self { points: limit_points_of_bed(&file.model, depth_mm, &directions)?, triangles })
     }
 
     /// The limit surface of a pad in a pose (pitch and roll, degrees).
     ///
     /// # Errors
-    /// [`LimitSurfaceError`] for a depth or a pose outside the pad's range.
-    pub fn of_pad(pad: &Pad<'_>, depth_mm: f64, [pitch_deg, roll_deg]: [f64; 2]) -> Result<Self, LimitSurfaceError> {
-        let n = pad.numbers;
-        check_depth(depth_mm, f64::from(n.depth_max_mm))?;
-        let [least, most] = n.pitch_range_deg.map(f64::from);
-        check_range("pitch in degrees", pitch_deg, least, most)?;
-        check_range("roll in degrees", roll_deg, -f64::from(n.roll_max_deg), f64::from(n.roll_max_deg))?;
-        let pose_deg = [pitch_deg as f32, roll_deg as f32];
-        let state = PadState::<MOST_PATCHES>::over(pad, pose_deg).expect("a checked pad has at most so many patches");
-        let (contact, pressed) = press(state, |state, motion| pad.step(state, &Plane, motion, pose_deg), depth_mm);
-        if !(pressed.normal_force_n > 0.0) {
-            return Err(LimitSurfaceError::NoContact { depth_mm });
-        }
-        Self::over_directions(|direction| {
-            let [x, y, turn_mm] = direction.map(|part| part as f32);
-            let [fx, fy, moment] = pad.full_slip(&contact, &Plane, [x, y, turn_mm / ARM_MM as f32]).map(f64::from);
-            Ok(LimitPoint {
-                direction,
-                friction_n: [fx, fy],
-                spin_moment_n_mm: moment,
-                normal_force_n: f64::from(pressed.normal_force_n),
-            })
-        })
-    }
-
-    fn over_directions(
-        point: impl Fn([f64; 3]) -> Result<LimitPoint, LimitSurfaceError> + Send + Sync,
-    ) -> Result<Self, LimitSurfaceError> {
+    /// As [`limit_points_of_pad`].
+    pub fn of_pad(pad: &Pad<'_>, depth_mm: f64, pose_deg: [f64; 2]) -> Result<Self, LimitSurfaceError> {
         let (directions, triangles) = sphere(HALVINGS);
-        let points: Result<Vec<LimitPoint>, LimitSurfaceError> = directions.into_par_iter().map(point).collect();
-        Ok(Self { points: points?, triangles })
+        Ok(Self { points: limit_points_of_pad(pad, depth_mm, pose_deg, &directions)?, triangles })
     }
 
     /// A table with [`COLUMNS`] and one row per point.

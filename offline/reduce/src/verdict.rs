@@ -187,6 +187,30 @@ impl Verdict {
         grades.max().unwrap_or(Grade::Good)
     }
 
+    /// The verdict in words: the grade in the neutral pose with its errors, and the grades of the other motions.
+    ///
+    /// * `name`: of the model
+    pub fn sentence(&self, name: &str) -> String {
+        let Some(neutral) = self.0.get(&Group::Neutral) else {
+            return format!("The {name} could not be checked: no path in the neutral pose is held out.");
+        };
+        let grade = neutral.grade();
+        let mut text = format!(
+            "The {name} is {} in the neutral pose: normal force {:.1} %, friction {:.1} %, stick ratio {:.3}.",
+            grade.as_str(),
+            100.0 * neutral.normal,
+            100.0 * neutral.friction,
+            neutral.stick
+        );
+        let others = self.0.iter().filter(|(group, _)| **group != Group::Neutral);
+        let others: Vec<String> =
+            others.map(|(group, e)| format!("{} {}", group.as_str(), e.grade().as_str())).collect();
+        if !others.is_empty() {
+            text += &format!(" Other motions: {}.", others.join(", "));
+        }
+        text
+    }
+
     /// Rows of a table with the columns [`COLUMNS`].
     pub fn rows(&self, name: &str) -> Vec<Vec<String>> {
         let row = |(group, e): (&Group, &Errors)| {

@@ -90,7 +90,7 @@ pub fn normal_area(numbers: &Numbers) -> String {
     let d = &numbers.difference_percent;
     let range = |r: Option<Range>| r.map_or_else(|| "not compared".to_owned(), percent_range);
     let mut text = format!(
-        "Left: normal force, right: contact area at the measured depths (difference of the force {}, of the area {}).",
+        "Normal force and contact area at the measured depths (difference of the force {}, of the area {}).",
         range(d.normal_force),
         range(d.contact_area)
     );
@@ -110,8 +110,8 @@ pub fn normal_area(numbers: &Numbers) -> String {
 /// Curves along the path.
 pub fn travel(numbers: &Numbers) -> String {
     let mut text =
-        "Top: friction rises while the contact sticks, then levels out where all of it slips; it is kinetic only \
-                    there. Bottom left: the part of the contact that still sticks."
+        "Friction rises while the contact sticks, then levels out where all of it slips; it is kinetic only there. The stick ratio \
+                    is the part of the contact that still sticks."
             .to_owned();
     let slips = |d: &DepthNumbers| d.full_slip_travel_mm.map(|s| format!("{} at depth {}", mm(s), mm(d.depth_mm)));
     let slips: Vec<_> = numbers.depths.iter().filter_map(slips).collect();
@@ -129,7 +129,7 @@ pub fn travel(numbers: &Numbers) -> String {
             _ => format!(" At depth {} there is no slide to show.", mm(d.depth_mm)),
         };
     }
-    text + " Bottom right: the press of every depth, one on the other where they agree; open symbols are its ends, filled circles \
+    text + " The presses of all depths lie one on the other where they agree; open symbols are their ends, filled circles \
             Table 1."
 }
 
@@ -148,9 +148,13 @@ pub fn contact(depth: &DepthNumbers) -> String {
         if let (Some(a), Some(b)) = (first.contact_area_mm2, last.contact_area_mm2) {
             text += &format!(" The contact area changes from {} to {} mm².", fixed(a, 1), fixed(b, 1));
         }
-        let ratios: Vec<_> = depth.maps.iter().filter_map(|m| m.stick_ratio.map(|s| fixed(s, 2))).collect();
+        let ratios: Vec<_> = depth
+            .maps
+            .iter()
+            .filter_map(|m| m.stick_ratio.map(|s| format!("{} after {}", fixed(s, 2), mm(m.travel_mm))))
+            .collect();
         if !ratios.is_empty() {
-            text += &format!(" Stick ratios from left to right: {}.", ratios.join(", "));
+            text += &format!(" Stick ratios: {}.", ratios.join(", "));
         }
     }
     text + &match depth.full_slip_travel_mm {
@@ -169,7 +173,7 @@ pub fn mesh(numbers: &Numbers, view: &MeshView) -> String {
     );
     text += &match view.deformed {
         Some((depth, slide)) => format!(
-            " The upper right picture is true to scale, at depth {} after {} of slide: where it touches, the pad should lie flat \
+            " The deformed picture is true to scale, at depth {} after {} of slide: where it touches, the pad should lie flat \
              on the plane, and the tissue between plane and bone should lean the way the plane went.",
             mm(depth),
             mm(slide)

@@ -27,11 +27,13 @@ pub struct Map {
 }
 
 /// The maps of one depth.
-pub struct ContactMaps {
+pub struct ContactMaps<'a> {
     /// Shared scale.
-    pub scale: Scale,
+    pub scale: &'a Scale,
     /// Columns.
-    pub maps: Vec<Map>,
+    pub maps: &'a [Map],
+    /// Whether the page is narrow: then the first, the middle and the last column are drawn.
+    pub narrow: bool,
 }
 
 /// Maps of every depth that has any, on one scale.
@@ -64,7 +66,13 @@ const GAP: f64 = 12.0;
 const BELOW: f64 = 52.0;
 const WIDTH: f64 = 940.0;
 
-impl ContactMaps {
+impl ContactMaps<'_> {
+    fn shown(&self) -> Vec<&Map> {
+        let last = self.maps.len().saturating_sub(1);
+        let is_shown = |i: usize| !self.narrow || [0, last / 2, last].contains(&i);
+        self.maps.iter().enumerate().filter(|(i, _)| is_shown(*i)).map(|(_, map)| map).collect()
+    }
+
     /// One map: the window's own proportions, at most 5 columns wide and 260 px high.
     fn view(&self) -> PadView {
         PadView::within(self.scale.window_mm, (WIDTH - LEFT - RIGHT + GAP) / 5.0 - GAP, 260.0)
@@ -87,10 +95,12 @@ impl ContactMaps {
     }
 }
 
-impl Figure for ContactMaps {
+impl Figure for ContactMaps<'_> {
     fn size(&self) -> (u32, u32) {
-        let (_, height) = self.view().size();
-        (WIDTH as u32, (TOP + 2.0 * height + GAP + BELOW).ceil() as u32)
+        let (width, height) = self.view().size();
+        let narrow = LEFT + self.shown().len() as f64 * (width + GAP) + RIGHT;
+        let width = if self.narrow { narrow } else { WIDTH };
+        (width as u32, (TOP + 2.0 * height + GAP + BELOW).ceil() as u32)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -98,7 +108,8 @@ impl Figure for ContactMaps {
         let (width, height) = view.size();
         let full = self.scale.pressure.max();
         let second = TOP + height + GAP;
-        for (i, map) in self.maps.iter().enumerate() {
+        let shown = self.shown();
+        for (i, map) in shown.iter().enumerate() {
             let left = LEFT + i as f64 * (width + GAP);
             let title = format!("slide {} mm", fixed(map.slide_mm, 2).trim_end_matches('0').trim_end_matches('.'));
             let style = Text { bold: true, h: HPos::Center, em: 12.5, ..Text::BODY };
@@ -110,9 +121,9 @@ impl Figure for ContactMaps {
             view.ticks(canvas, (left, TOP), false, i == 0);
             view.ticks(canvas, (left, second), true, i == 0);
         }
-        let all = self.maps.len() as f64 * (width + GAP) - GAP;
+        let all = shown.len() as f64 * (width + GAP) - GAP;
         let bottom = second + height;
-        let label = match self.maps.iter().all(|m| m.along_x) {
+        let label = match shown.iter().all(|m| m.along_x) && !self.narrow {
             true => "x, mm (the plane moves to the right, from proximal to distal)",
             false => "x, mm",
         };
@@ -120,7 +131,7 @@ impl Figure for ContactMaps {
         canvas.text(label, (left, bottom + 26.0), Text { v: VPos::Top, ..Text::BODY });
         canvas.text("y, mm", (8.0, TOP - 13.0), Text::BODY);
 
-        let left = LEFT + self.maps.len() as f64 * (width + GAP) + 6.0;
+        let left = LEFT + shown.len() as f64 * (width + GAP) + 6.0;
         self.colour_bar(canvas, left, TOP, height);
         canvas.text("Contact", (left, second + 8.0), Text { bold: true, ..Text::BODY });
         let entries = [

@@ -19,11 +19,13 @@ fn nan(v: Option<f64>) -> f64 {
 pub struct Figure2<'a> {
     /// Numbers of the figure.
     pub numbers: &'a Numbers,
+    /// Whether the page is narrow.
+    pub narrow: bool,
 }
 
 impl Figure for Figure2<'_> {
     fn size(&self) -> (u32, u32) {
-        (700, 500)
+        (if self.narrow { 470 } else { 700 }, 500)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -37,7 +39,7 @@ impl Figure for Figure2<'_> {
         let panel = Panel {
             left: 56.0,
             top: 44.0,
-            width: 606.0,
+            width: if self.narrow { 396.0 } else { 606.0 },
             height: 400.0,
             y: Axis::covering("Friction coefficient F/N", [0.0, 3.0], depths.iter().flat_map(friction), 6),
             x,
@@ -84,7 +86,7 @@ impl Figure for Figure2<'_> {
         }
 
         let shown = estimates.iter().any(|p| p.1.is_finite());
-        let (x, mut y) = (panel.left + 330.0, panel.top + 16.0);
+        let (x, mut y) = (panel.left + panel.width - 276.0, panel.top + 16.0);
         canvas.rect(x - 24.0, y - 12.0, 300.0, if shown { 112.0 } else { 90.0 }, WHITE);
         canvas.marker(Marker::Circle, (x, y), R, INK, true);
         legend_text(canvas, (x + 24.0, y), "measured (Table 1)");
@@ -113,11 +115,13 @@ impl Figure for Figure2<'_> {
 pub struct NormalArea<'a> {
     /// Numbers of the figure.
     pub numbers: &'a Numbers,
+    /// Charts in a row.
+    pub columns: usize,
 }
 
 impl Figure for NormalArea<'_> {
     fn size(&self) -> (u32, u32) {
-        (900, 390)
+        (456 * self.columns as u32, 390 * (2 / self.columns as u32))
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -129,8 +133,8 @@ impl Figure for NormalArea<'_> {
         ];
         for (i, (label, least, of)) in panels.into_iter().enumerate() {
             let panel = Panel {
-                left: 56.0 + 456.0 * i as f64,
-                top: 66.0,
+                left: 56.0 + 456.0 * (i % self.columns) as f64,
+                top: 66.0 + 390.0 * (i / self.columns) as f64,
                 width: 370.0,
                 height: 264.0,
                 x: Axis::covering("Depth, mm", [0.5, 1.5], depths.iter().map(|d| d.depth_mm), 4),
@@ -159,6 +163,8 @@ impl Figure for NormalArea<'_> {
 pub struct Travel<'a> {
     /// Numbers of the figure.
     pub numbers: &'a Numbers,
+    /// Charts in a row.
+    pub columns: usize,
 }
 
 impl Travel<'_> {
@@ -185,14 +191,14 @@ impl Travel<'_> {
 
 impl Figure for Travel<'_> {
     fn size(&self) -> (u32, u32) {
-        (940, 730)
+        (470 * self.columns as u32, 366 * (4 / self.columns as u32))
     }
 
     fn draw(&self, canvas: &mut Canvas) {
         let depths = &self.numbers.depths;
         let place = |i: usize, x: &Axis, y: Axis| Panel {
-            left: 54.0 + 470.0 * (i % 2) as f64,
-            top: 46.0 + 366.0 * (i / 2) as f64,
+            left: 54.0 + 470.0 * (i % self.columns) as f64,
+            top: 46.0 + 366.0 * (i / self.columns) as f64,
             width: 332.0,
             height: 254.0,
             x: x.clone(),

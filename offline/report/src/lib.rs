@@ -17,12 +17,13 @@ pub mod identify;
 mod mesh_view;
 mod numbers;
 mod pad_view;
-mod reduced;
-mod reduced_pairs;
 pub mod simulation;
 #[cfg(test)]
 mod synthetic;
 pub mod table;
+mod tip;
+mod tip_charts;
+mod tip_maps;
 mod traces;
 
 use serde::{Deserialize, Serialize};
@@ -35,9 +36,10 @@ pub use numbers::{
     Comparison, DepthNumbers, Differences, MapNumbers, Numbers, PaperFit, PressPoint, Range, Secant, SlidePoint,
 };
 
-pub use reduced::{PairRow, PathPair, ReducedReport, SizePoint, render_reduced};
-pub use reduced_pairs::reduced_report;
-pub use traces::{Trace, TraceChart, traces_svg};
+pub use tip::{ChartGroup, TipReport, render_tip};
+pub use tip_charts::{TipModels, bed_table, tip_charts};
+pub use tip_maps::StickMap;
+pub use traces::{Hue, Trace, TraceChart, traces_svg};
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -292,41 +294,45 @@ pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError
         check_snapshot(snapshot, mesh)?;
     }
     let numbers = Numbers::of(report);
+    let numbers = &numbers;
+    let columns = |narrow: bool| if narrow { 1 } else { 2 };
     let mut figures = vec![
-        Picture::new(
+        Picture::wide_and_narrow(
             "figure2",
             "Friction coefficient against normal force (Figure 2 of the paper)",
-            captions::figure2(&numbers),
-            &curves::Figure2 { numbers: &numbers },
+            captions::figure2(numbers),
+            |narrow| curves::Figure2 { numbers, narrow },
         ),
-        Picture::new(
+        Picture::wide_and_narrow(
             "normal_area",
             "Normal force and contact area against depth",
-            captions::normal_area(&numbers),
-            &curves::NormalArea { numbers: &numbers },
+            captions::normal_area(numbers),
+            |narrow| curves::NormalArea { numbers, columns: columns(narrow) },
         ),
-        Picture::new(
+        Picture::wide_and_narrow(
             "travel",
             "Friction, stick ratio and normal force along the path",
-            captions::travel(&numbers),
-            &curves::Travel { numbers: &numbers },
+            captions::travel(numbers),
+            |narrow| curves::Travel { numbers, columns: columns(narrow) },
         ),
     ];
-    for (scale, maps, depth) in contact_maps::per_depth(report, &numbers, mesh) {
+    for (scale, maps, depth) in contact_maps::per_depth(report, numbers, mesh) {
         let depth_mm = numbers::fixed(depth.depth_mm, 2);
         let title = format!("Pressure and stick under the finger, depth {depth_mm} mm");
-        let figure = contact_maps::ContactMaps { scale, maps };
-        figures.push(Picture::new(&format!("contact_{depth_mm}mm"), title, captions::contact(depth), &figure));
+        let figure = |narrow| contact_maps::ContactMaps { scale: &scale, maps: &maps, narrow };
+        let name = format!("contact_{depth_mm}mm");
+        figures.push(Picture::wide_and_narrow(&name, title, captions::contact(depth), figure));
     }
-    let figure = mesh_view::MeshView::of(report, mesh);
-    figures.push(Picture::new("mesh", "The mesh", captions::mesh(&numbers, &figure), &figure));
-    let json = serde_json::to_string_pretty(&numbers)? + "\n";
-    Ok(Rendered { html: html::page(&numbers, &figures), json, figures })
+    let view = mesh_view::MeshView::of(report.depths.iter().flat_map(|d| &d.trajectory.snapshots), mesh);
+    let caption = captions::mesh(numbers, &view);
+    figures.push(Picture::wide_and_narrow("mesh", "The mesh", caption, |narrow| view.in_columns(columns(narrow))));
+    let json = serde_json::to_string_pretty(numbers)? + "\n";
+    Ok(Rendered { html: html::page(numbers, &figures), json, figures })
 }
 
 /// The picture of a mesh alone, as an SVG file: cut open at y = 0, and the pad from below.
 pub fn mesh_picture(mesh: &Mesh) -> String {
-    standalone(&canvas::svg(&mesh_view::MeshView::of(&BuildReport::default(), mesh)))
+    standalone(&canvas::svg(&mesh_view::MeshView::of(std::iter::empty(), mesh).in_columns(2)))
 }
 
 fn check_snapshot(snapshot: &Snapshot, mesh: &Mesh) -> Result<(), ReportError> {

@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use nalgebra::Vector3;
 
-use super::BuildReport;
-use super::canvas::{Canvas, Figure, HPos, Line, Text};
+use super::canvas::{Canvas, Figure, Line, Text};
 use super::colour::{Colour, GREY, INK, WHITE, mix, rgb};
 use super::numbers::fixed;
 use fingerpad_fe::load_path::Snapshot;
@@ -86,11 +85,11 @@ pub struct MeshView {
 
 impl MeshView {
     /// Arranges the pictures: the mesh, the end of the deepest run, the pad.
-    pub fn of(report: &BuildReport, mesh: &Mesh) -> Self {
+    pub fn of<'a>(snapshots: impl Iterator<Item = &'a Snapshot>, mesh: &Mesh) -> Self {
         let side = View::side(24.0, 14.0);
         let whole = |s: &&Snapshot| s.displacement_mm.iter().all(|u| u.iter().all(|v| v.is_finite()));
-        let ends = report.depths.iter().filter_map(|d| d.trajectory.snapshots.iter().rfind(whole));
-        let last = ends.max_by(|a, b| a.response.depth_mm.total_cmp(&b.response.depth_mm));
+        // The last of the deepest.
+        let last = snapshots.filter(whole).max_by(|a, b| a.response.depth_mm.total_cmp(&b.response.depth_mm));
         let first_touch = "cut open at y = 0, at first touch".to_owned();
         let faces = surface(mesh);
         let mut scenes = vec![Scene::cut(mesh, &faces, &mesh.nodes, side, 0.0, first_touch)];
@@ -294,52 +293,69 @@ fn sort(polygons: &mut [Polygon], view: View) {
     polygons.sort_by(|a, b| near(a).total_cmp(&near(b)));
 }
 
-const WIDTH: f64 = 940.0;
+/// Width of a picture and its part of the figure, px; height of its title.
+const CELL: f64 = 470.0;
 const MARGIN: f64 = 14.0;
+const TITLE: f64 = 34.0;
+/// Height of a line of the legend, px.
+const LINE: f64 = 22.0;
 
 impl MeshView {
-    /// Scale, px per mm, and heights of the two rows, px.
-    fn layout(&self) -> (f64, [f64; 2]) {
-        let (upper, lower) = self.scenes.split_at(self.scenes.len() - 1);
-        let wide: f64 = upper.iter().map(|s| s.extent()[2]).fold(0.0, f64::max);
-        let scale = ((WIDTH - 3.0 * MARGIN) / 2.0 / wide).min(16.0);
-        let tall = |scenes: &[Scene]| scenes.iter().map(|s| s.extent()[3] * scale).fold(0.0, f64::max);
-        (scale, [tall(upper), tall(lower).max(170.0)])
+    /// The same with so many pictures in a row.
+    pub fn in_columns(&self, columns: usize) -> InColumns<'_> {
+        InColumns { view: self, columns }
     }
 }
 
-impl Figure for MeshView {
-    fn size(&self) -> (u32, u32) {
-        (WIDTH as u32, (self.layout().1.iter().sum::<f64>() + 2.0 * 34.0 + 2.0 * MARGIN).ceil() as u32)
+/// The pictures in rows, then the legend.
+pub struct InColumns<'a> {
+    view: &'a MeshView,
+    columns: usize,
+}
+
+impl InColumns<'_> {
+    /// Scale, px per mm, that all pictures share.
+    fn scale(&self) -> f64 {
+        let wide = self.view.scenes.iter().map(|s| s.extent()[2]).fold(0.0, f64::max);
+        ((CELL - 2.0 * MARGIN) / wide).min(16.0)
     }
 
-    fn draw(&self, canvas: &mut Canvas) {
-        let (scale, [upper, lower]) = self.layout();
-        let half = (WIDTH - MARGIN) / 2.0;
-        let title = Text { bold: true, em: 12.5, ..Text::BODY };
-        let (last, firsts) = self.scenes.split_last().expect("the pad is always there");
-        for (i, scene) in firsts.iter().enumerate() {
-            let left = MARGIN + half * i as f64;
-            canvas.text(&scene.title, (left, 16.0), title);
-            scene.draw(canvas, (left, 34.0 + upper), scale);
-        }
-        let top = 34.0 + upper + MARGIN;
-        canvas.text(&last.title, (MARGIN, top + 16.0), title);
-        last.draw(canvas, (MARGIN, top + 34.0 + lower), scale);
+    /// Heights of the rows of pictures and legend, px.
+    fn rows(&self) -> Vec<f64> {
+        let scale = self.scale();
+        let heights = self.view.scenes.iter().map(|s| s.extent()[3] * scale);
+        let heights: Vec<f64> = heights.chain([LINE * (self.view.regions.len() + 1) as f64]).collect();
+        heights.chunks(self.columns).map(|row| row.iter().copied().fold(0.0, f64::max) + TITLE + MARGIN).collect()
+    }
 
-        let left = MARGIN + half + 30.0;
-        for (i, (fill, name)) in self.regions.iter().enumerate() {
-            let y = top + 44.0 + 22.0 * i as f64;
+    fn legend(&self, canvas: &mut Canvas, (left, top): (f64, f64)) {
+        for (i, (fill, name)) in self.view.regions.iter().enumerate() {
+            let y = top + LINE * i as f64;
             canvas.framed_rect(left, y - 7.0, 20.0, 14.0, *fill, Line::solid(GREY, 0.5));
             canvas.text(name, (left + 30.0, y), Text::BODY);
         }
-        let y = top + 44.0 + 22.0 * self.regions.len() as f64 + 10.0;
-        let bar = 5.0 * scale;
+        let y = top + LINE * self.view.regions.len() as f64 + 4.0;
+        let bar = 5.0 * self.scale();
         canvas.line(&[(left, y - 4.0), (left, y), (left + bar, y), (left + bar, y - 4.0)], Line::solid(INK, 1.3));
-        canvas.text(
-            "5 mm, all pictures; arrow: the plane's motion",
-            (left + bar + 10.0, y - 2.0),
-            Text { h: HPos::Left, ..Text::BODY },
-        )
+        let text = "5 mm, all pictures; arrow: the plane's motion";
+        canvas.text(text, (left + bar + 10.0, y - 2.0), Text::BODY);
+    }
+}
+
+impl Figure for InColumns<'_> {
+    fn size(&self) -> (u32, u32) {
+        ((CELL * self.columns as f64) as u32, self.rows().iter().sum::<f64>().ceil() as u32)
+    }
+
+    fn draw(&self, canvas: &mut Canvas) {
+        let rows = self.rows();
+        let left = |cell: usize| MARGIN + CELL * (cell % self.columns) as f64;
+        let top = |cell: usize| rows[..cell / self.columns].iter().sum::<f64>();
+        for (i, scene) in self.view.scenes.iter().enumerate() {
+            canvas.text(&scene.title, (left(i), top(i) + 16.0), Text { bold: true, em: 12.5, ..Text::BODY });
+            scene.draw(canvas, (left(i), top(i) + rows[i / self.columns] - MARGIN), self.scale());
+        }
+        let last = self.view.scenes.len();
+        self.legend(canvas, (left(last), top(last) + TITLE + 8.0));
     }
 }

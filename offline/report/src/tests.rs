@@ -75,7 +75,8 @@ fn every_figure_is_a_file_and_stands_in_the_page() {
         );
     }
     assert_eq!(rendered.html.matches("<figcaption>").count(), wanted.len());
-    assert_eq!(rendered.html.matches("<svg ").count(), wanted.len());
+    // Each once for wide and once for narrow pages.
+    assert_eq!(rendered.html.matches("<svg ").count(), 2 * wanted.len());
     assert!(!rendered.html.contains("<img "));
 }
 

@@ -200,16 +200,16 @@ pub fn charts(entries: &[Entry]) -> [TraceChart; 3] {
         for model in (1..MODELS.len()).chain([0]) {
             if let Some(forces) = &entry.forces[model] {
                 let points = points(&|row| forces[row]);
-                traces.push(Trace { name: names[model].to_owned(), points, is_dots: false });
+                traces.push(Trace { name: names[model].to_owned(), points, ..Trace::default() });
             }
         }
         let of_elements = points(&|row| elements(&entry.run.samples[row]));
-        traces.push(Trace { name: "finite elements".into(), points: of_elements, is_dots: true });
+        traces.push(Trace { name: "finite elements".into(), points: of_elements, is_dots: true, ..Trace::default() });
         TraceChart {
             title: format!("{title} ({})", entry.run.name),
             labels: [over.to_owned(), up.to_owned()],
-            least: [0.0; 2],
             traces,
+            ..TraceChart::default()
         }
     };
     [

@@ -178,7 +178,12 @@ pub fn chart(model: &Model<'_>, root: &Path) -> Result<TraceChart, Failure> {
     let readings = measure(run, ride, &sensors, &mut Random::new(SEED));
     let answers = observe(model, &sensors, &readings);
     let slides = || readings.iter().zip(&answers).filter(|(m, _)| m.way_mm > 0.0).step_by(8);
-    let trace = |name: &str, is_dots: bool, points: Vec<[f64; 2]>| Trace { name: name.into(), is_dots, points };
+    let trace = |name: &str, is_dots: bool, points: Vec<[f64; 2]>| Trace {
+        name: name.into(),
+        is_dots,
+        points,
+        ..Trace::default()
+    };
     let along = |name: &str, of: &dyn Fn(&truth::Measured, &fingerpad::margin::Margin) -> f64| {
         trace(name, false, slides().map(|(m, a)| [m.way_mm, of(m, a)]).collect())
     };
@@ -197,5 +202,6 @@ pub fn chart(model: &Model<'_>, root: &Path) -> Result<TraceChart, Failure> {
             along("upper end", &|_, a| a.margin_high.into()),
             trace("slip announced; full slip", true, moments),
         ],
+        ..TraceChart::default()
     })
 }

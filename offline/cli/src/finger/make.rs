@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use clap::ValueEnum;
 use fingerpad::host::{ModelFile, PadModelFile};
+use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_identify::population::Share;
@@ -13,8 +14,8 @@ use fingerpad_reduce::{
     self as reduce, COLUMNS, DesignSettings, GOOD, Grade, Group, ReduceError, Reduced, Run, Settings, Tip, Verdict,
 };
 
-use super::springs::{fit, read_runs, representable, write_report};
-use super::{pad, runs, springs};
+use super::springs::{fit, read_runs, representable};
+use super::{pad, page, runs, springs};
 use crate::against_shipped::meta_of;
 use crate::{Failure, Model, Outputs, make_finger};
 
@@ -143,11 +144,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let models = Models::make(args, &config, folder.as_deref(), &ranges)?;
     let refused = models.write([&files[0], &files[1]], args.accept)?;
-    if let Some((bed, _)) = &models.bed {
-        let curve = args.curve.then(|| args.bed_settings(false));
-        write_report(out, &models.runs, bed, &config.friction, curve.as_ref(), &models.verdicts())?;
-    }
     models.print();
+    let curve = args.curve.then(|| args.bed_settings(false));
+    page::write(out, &models, &config, curve.as_ref())?;
     let [neutral, worst] = [models.worst(|group| group == Group::Neutral), models.worst(|_| true)];
     match (neutral, worst) {
         (Grade::NotUsable, _) if !args.accept => {
@@ -201,11 +200,13 @@ impl Args {
 }
 
 /// Pad and bed of a finger, and their errors.
-struct Models {
-    /// The runs that the bed is scored along.
-    runs: Vec<Run>,
-    pad: Option<(MadePad, Verdict)>,
-    bed: Option<(Reduced, Verdict)>,
+pub(super) struct Models {
+    /// The runs of the finger.
+    pub runs: Vec<Run>,
+    /// The pad, and the undeformed surface of the finger.
+    pub pad: Option<(MadePad, Outline, Verdict)>,
+    /// The bed.
+    pub bed: Option<(Reduced, Verdict)>,
 }
 
 /// Runs of a bed's motions below which it is fitted beside paths of the pad.
@@ -244,11 +245,11 @@ impl Models {
                 beside = runs_for_bed(&pad.file().pad, &runs, &paths, &hash)?;
             }
             let verdict = Verdict::of_pad(&made.model, &runs, &outline, law);
-            pad = Some((made, verdict)).filter(|_| args.only != Some(Only::Bed));
+            pad = Some((made, outline, verdict)).filter(|_| args.only != Some(Only::Bed));
         }
-        let runs = representable(runs);
         let mut bed = None;
         if args.only != Some(Only::Pad) {
+            let runs = representable(runs.clone());
             let made = fit(&runs, &beside, &config.friction, &args.bed_settings(is_few))?;
             let verdict = Verdict::of_bed(&made.data.model().map_err(ReduceError::from)?, &runs, law);
             bed = Some((made, verdict));
@@ -257,8 +258,8 @@ impl Models {
     }
 
     /// The verdicts by the name of their model.
-    fn named(&self) -> impl Iterator<Item = (&'static str, &Verdict)> {
-        let pad = self.pad.iter().map(|(_, verdict)| ("pad", verdict));
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Verdict)> {
+        let pad = self.pad.iter().map(|(.., verdict)| ("pad", verdict));
         pad.chain(self.bed.iter().map(|(_, verdict)| ("bed", verdict)))
     }
 
@@ -271,7 +272,7 @@ impl Models {
     fn write(&self, [pad_file, model_file]: [&Path; 2], accept: bool) -> Result<Vec<&'static str>, Failure> {
         let is_bad = |verdict: &Verdict| verdict.worst(|group| group == Group::Neutral) == Grade::NotUsable;
         let mut refused = Vec::new();
-        if let Some((pad, verdict)) = &self.pad {
+        if let Some((pad, _, verdict)) = &self.pad {
             refused.extend(is_bad(verdict).then_some("pad"));
             if accept || !is_bad(verdict) {
                 pad::write(pad, pad_file)?;
@@ -287,7 +288,7 @@ impl Models {
     }
 
     /// Rows of the table of verdicts.
-    fn verdicts(&self) -> Vec<Vec<String>> {
+    pub fn verdicts(&self) -> Vec<Vec<String>> {
         self.named().flat_map(|(name, verdict)| verdict.rows(name)).collect()
     }
 

@@ -1,17 +1,14 @@
-//! The bed of springs of a finger: stored runs, the fit, its file and its report.
+//! The bed of springs of a finger: stored runs, the fit, its file.
 
 use std::{fs, path::Path};
 
 use anyhow::Context;
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_formats::atomic_write;
-use fingerpad_reduce::{
-    self as reduce, CurvePoint, FitProgress, FitStage, Kind, ReduceError, Reduced, Run, Scores, Settings,
-};
-use fingerpad_report as report;
+use fingerpad_reduce::{self as reduce, FitProgress, FitStage, Kind, ReduceError, Reduced, Run, Scores, Settings};
 
-use crate::progress::{counter, during};
-use crate::{Failure, results};
+use crate::Failure;
+use crate::progress::counter;
 
 impl From<ReduceError> for Failure {
     fn from(error: ReduceError) -> Self {
@@ -83,37 +80,6 @@ pub(super) fn write(reduced: &Reduced, runs: &[Run], out: &Path) -> Result<(), F
     // Runs of a pad have no finite elements to compare with.
     if runs.iter().any(|run| run.cpu_s > 0.0) {
         print_speed(runs, reduced)?;
-    }
-    Ok(())
-}
-
-/// Page, numbers and figures of the fit; with settings for a `curve` other sizes are fitted for it, which takes minutes:
-/// the report is written before without them.
-pub(super) fn write_report(
-    folder: &Path,
-    runs: &[Run],
-    reduced: &Reduced,
-    friction: &RubberFriction,
-    curve: Option<&Settings>,
-    verdict: &[Vec<String>],
-) -> Result<(), Failure> {
-    let write = |points: &[CurvePoint]| -> Result<(), Failure> {
-        let report = report::reduced_report(runs, reduced, points, verdict).map_err(|e| Failure::Numerics(e.into()))?;
-        let rendered = report::render_reduced(&report).map_err(|e| Failure::Numerics(e.into()))?;
-        let figures = rendered.figures.len();
-        results::write(folder, &rendered.files("", "reduced"))?;
-        println!("{}: {figures} figures", folder.join("reduced.html").display());
-        Ok(())
-    };
-    write(&[])?;
-    if let Some(settings) = curve {
-        let points = during("other sizes", |set_activity| {
-            reduce::curve(runs, friction, settings, |share| {
-                set_activity(&format!("other sizes, {:.0} %", 100.0 * share));
-                true
-            })
-        })?;
-        write(&points)?;
     }
     Ok(())
 }

@@ -66,6 +66,7 @@ fn a_tip_from_stored_runs_obeys_coulombs_law() {
     let tip = "--dome 10 --core 5 --young 0.1 --mu 0.8 --mesh-preset coarse";
     let (printed, _) = folder.done(&format!("finger {tip} --design stored --runs {} --out made", runs.display()));
     assert!(printed.contains("verdict") && printed.contains("bed   neutral pose"), "{printed}");
+    the_page_shows_coulombs_law(&folder);
     // Between the axes the limit of a bed is an ellipse.
     for (model, poses, oblique) in [("pad", &[[45, 0], [25, 0], [60, 20]][..], 0.003), ("model", &[[45, 0]], 0.015)] {
         for [pitch, roll] in poses {
@@ -87,6 +88,30 @@ fn a_tip_from_stored_runs_obeys_coulombs_law() {
             }
         }
     }
+}
+
+/// Every figure stands in the page; along the axes the curves of pad and bed, and the ends of the finite elements' slides, obey the law.
+fn the_page_shows_coulombs_law(folder: &Folder) {
+    let html = folder.text("made/reduced.html");
+    assert!(html.contains("In the neutral pose: pad ") && html.contains("The bed is "), "the verdict stands in words");
+    for figure in ["tip_section", "tip_loads", "tip_slides", "tip_limits", "tip_unseen", "tip_stick"] {
+        assert!(html.contains(&format!("<figure id=\"{figure}\">")) && folder.exists(&format!("made/{figure}.svg")));
+    }
+    assert!(!html.contains("NaN") && !html.contains("skin"));
+    let json: serde_json::Value = serde_json::from_str(&folder.text("made/reduced.json")).unwrap();
+    let loads = json["groups"].as_array().unwrap().iter().find(|group| group["name"] == "tip_loads").unwrap();
+    let full_slip = loads["charts"].as_array().unwrap().iter().find(|chart| chart["title"] == "Full slip").unwrap();
+    let mut shown = [0, 0];
+    for trace in full_slip["traces"].as_array().unwrap() {
+        let is_dots = trace["is_dots"] == true;
+        for point in trace["points"].as_array().unwrap() {
+            let coefficient = point[1].as_f64().unwrap();
+            // At the end of a slide of the finite elements up to 2 % of the contact sticks.
+            assert!((coefficient / 0.8 - 1.0).abs() < if is_dots { 0.02 } else { 0.003 }, "{trace}");
+            shown[usize::from(is_dots)] += 1;
+        }
+    }
+    assert!(shown[0] > 50 && shown[1] > 0, "{shown:?}");
 }
 
 /// Flags that a shape needs, and numbers that make none.

@@ -167,15 +167,15 @@ pub fn exponent(points: &[[f64; 2]], [from, to]: [f64; 2]) -> f64 {
 
 /// A line of a chart.
 pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>) -> Trace {
-    Trace { name: name.into(), points, is_dots: false }
+    Trace { name: name.into(), points, ..Trace::default() }
 }
 
 /// Dots of a chart.
 pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Trace {
-    Trace { name: name.into(), points, is_dots: true }
+    Trace { name: name.into(), points, is_dots: true, ..Trace::default() }
 }
 
 /// A chart from zero.
 pub fn chart(title: &str, labels: [&str; 2], traces: Vec<Trace>) -> TraceChart {
-    TraceChart { title: title.into(), labels: labels.map(str::to_owned), least: [0.0; 2], traces }
+    TraceChart { title: title.into(), labels: labels.map(str::to_owned), traces, ..TraceChart::default() }
 }

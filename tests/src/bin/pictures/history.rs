@@ -36,11 +36,11 @@ fn held_out(folder: &Path, beginning: &str) -> Result<Vec<Run>, Failure> {
 }
 
 fn chart(title: String, labels: [&str; 2], traces: Vec<Trace>) -> TraceChart {
-    TraceChart { title, labels: labels.map(str::to_owned), least: [0.0; 2], traces }
+    TraceChart { title, labels: labels.map(str::to_owned), traces, ..TraceChart::default() }
 }
 
 fn trace(name: impl Into<String>, points: Vec<[f64; 2]>, is_dots: bool) -> Trace {
-    Trace { name: name.into(), points, is_dots }
+    Trace { name: name.into(), points, is_dots, ..Trace::default() }
 }
 
 /// The two held-out vibrations whose depth swings most: friction over time.

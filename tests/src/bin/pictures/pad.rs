@@ -88,12 +88,12 @@ fn pair(
 ) -> TraceChart {
     let elements = run.samples.iter().map(|s| [x(s), (quantity.of_elements)(s)]).collect();
     let of_pad = run.samples.iter().zip(answers).map(|(s, r)| [x(s), (quantity.of_pad)(r)]).collect();
-    let trace = |name: &str, points, is_dots| Trace { name: name.to_owned(), points, is_dots };
+    let trace = |name: &str, points, is_dots| Trace { name: name.to_owned(), points, is_dots, ..Trace::default() };
     TraceChart {
         title: title.to_owned(),
         labels: [over.to_owned(), quantity.label.to_owned()],
-        least: [0.0; 2],
         traces: vec![trace("pad", of_pad, false), trace("finite elements", elements, true)],
+        ..TraceChart::default()
     }
 }
 
