@@ -3,7 +3,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    sync::{Mutex, mpsc},
     time::{Duration, Instant},
 };
 
@@ -11,7 +10,7 @@ use anyhow::Context;
 use fingerpad_fe::experiment::{self, Config};
 use fingerpad_fe::load_path::{Checkpoint, Finger, LoadPathError, OnProgress, PathEnd, PressLimit, Trajectory};
 use fingerpad_fe::mesh;
-use fingerpad_formats::atomic_write;
+use fingerpad_formats::{atomic_write, in_threads};
 use fingerpad_report::{self as report, BuildReport, Check, DepthResult, Provenance, Quantity, Stage, Steady};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -167,19 +166,6 @@ struct Runs {
     depths: Vec<Stored<Trajectory>>,
 }
 
-/// A piece that is finished.
-enum Piece {
-    Frictionless(Stored<Vec<PressLimit>>),
-    Depth(usize, Stored<Trajectory>),
-}
-
-/// A piece that a free thread may run.
-enum Work {
-    Frictionless,
-    /// The slides at a depth, from the end of the press to it.
-    Slides(usize, Box<Stored<PathEnd>>),
-}
-
 /// Runs the pieces and stores their results.
 struct Pieces<'a> {
     config: &'a Config,
@@ -187,13 +173,17 @@ struct Pieces<'a> {
     hash: &'a str,
     folder: &'a Path,
     bars: Bars,
-    results: Mutex<Vec<Result<Piece, Failure>>>,
 }
 
-/// Runs the pieces that are not finished yet. One thread presses through all depths; the slides from each depth that it
-/// reaches and the frictionless press run on any free thread.
+/// A piece of the first part: the presses to all depths, one from the end of the other, or the frictionless press.
+enum First {
+    Pressed(Vec<(usize, Stored<PathEnd>)>, Option<Failure>),
+    Frictionless(Stored<Vec<PressLimit>>),
+}
+
+/// Runs the pieces that are not finished yet: the presses, then the slides from each depth.
 fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &Path) -> Result<Runs, Failure> {
-    let pieces = Pieces { config, finger, hash, folder, bars: Bars::default(), results: Mutex::default() };
+    let pieces = Pieces { config, finger, hash, folder, bars: Bars::default() };
     let depths = &config.experiment.depths_mm;
     let mut frictionless = read_stored(&pieces.frictionless_file(), hash);
     let mut done: Vec<Option<Stored<Trajectory>>> =
@@ -204,38 +194,26 @@ fn all_runs(args: &Args, config: &Config, finger: &Finger, hash: &str, folder: &
         println!("{finished} of {} pieces were finished before", depths.len() + 1);
     }
     let missing: Vec<usize> = (0..depths.len()).filter(|&k| done[k].is_none()).collect();
-    let threads = args
-        .jobs
-        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
-        .clamp(1, missing.len() + usize::from(frictionless.is_none()).max(1));
+    let threads = args.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let _keeping = keeping();
-    let (send, work) = mpsc::channel();
-    let work = Mutex::new(work);
-    if frictionless.is_none() {
-        send.send(Work::Frictionless).expect("the other end is held here");
-    }
-    std::thread::scope(|scope| {
-        let (pieces, work) = (&pieces, &work);
-        scope.spawn(move || {
-            pieces.press(&missing, send);
-            pieces.work(work);
-        });
-        for _ in 1..threads {
-            scope.spawn(move || pieces.work(work));
+    let is_pressed = [true, false].into_iter().filter(|&is_pressed| is_pressed || frictionless.is_none());
+    let first = in_threads(is_pressed, threads, |is_pressed| match is_pressed {
+        true => {
+            let (reached, failure) = pieces.press(&missing);
+            Ok(First::Pressed(reached, failure))
         }
-    });
-    let mut failure = None;
-    for result in pieces.results.into_inner().expect("threads have ended") {
-        match result {
-            Ok(Piece::Depth(k, stored)) => done[k] = Some(stored),
-            Ok(Piece::Frictionless(stored)) => frictionless = Some(stored),
-            // A numerical failure takes precedence over an interruption.
-            Err(error) if failure.is_none() || matches!(error, Failure::Numerics(_)) => failure = Some(error),
-            Err(_) => {}
+        false => pieces.frictionless().map(First::Frictionless),
+    })?;
+    for piece in first {
+        match piece {
+            First::Frictionless(limits) => frictionless = Some(limits),
+            First::Pressed(pressed, failure) => {
+                let slid =
+                    in_threads(pressed, threads, |(k, pressed)| Ok::<_, Failure>((k, pieces.slides(k, pressed)?)))?;
+                slid.into_iter().for_each(|(k, stored)| done[k] = Some(stored));
+                failure.map_or(Ok(()), Err)?;
+            }
         }
-    }
-    if let Some(failure) = failure {
-        return Err(failure);
     }
     match (frictionless, done.into_iter().collect::<Option<Vec<_>>>()) {
         (Some(frictionless), Some(depths)) => Ok(Runs { frictionless, depths }),
@@ -257,31 +235,23 @@ impl Pieces<'_> {
         self.folder.join("frictionless.bin")
     }
 
-    fn add(&self, result: Result<Piece, Failure>) {
-        self.results.lock().expect("no panic while locked").push(result);
-    }
-
-    /// Presses through the depths, and passes on each of the `missing` ones (rising) as it is reached.
-    fn press(&self, missing: &[usize], reached: mpsc::Sender<Work>) {
-        let mut from: Option<Stored<PathEnd>> = None;
+    /// Presses through the depths to each of the `missing` ones (rising); returns those that it reached, and why it ended before.
+    fn press(&self, missing: &[usize]) -> (Vec<(usize, Stored<PathEnd>)>, Option<Failure>) {
+        let mut reached: Vec<(usize, Stored<PathEnd>)> = Vec::new();
+        let mut failure = None;
         for k in 0..missing.last().map_or(0, |last| last + 1) {
             let file = self.pressed_file(self.config.experiment.depths_mm[k]);
-            let pressed = match read_stored(&file, self.hash) {
-                Some(pressed) => Ok(pressed),
-                None => self.press_on(k, from.as_ref().map(|from| &from.result), &file),
-            };
-            match pressed {
-                Ok(pressed) => {
-                    if missing.contains(&k) {
-                        reached
-                            .send(Work::Slides(k, Box::new(pressed.clone())))
-                            .expect("the other end outlives the threads");
-                    }
-                    from = Some(pressed);
+            let from = reached.last().map(|(_, from)| &from.result);
+            match read_stored(&file, self.hash).map_or_else(|| self.press_on(k, from, &file), Ok) {
+                Ok(pressed) => reached.push((k, pressed)),
+                Err(error) => {
+                    failure = Some(error);
+                    break;
                 }
-                Err(failure) => return self.add(Err(failure)),
             }
         }
+        reached.retain(|(k, _)| missing.contains(k));
+        (reached, failure)
     }
 
     /// Presses from one depth to the next.
@@ -292,21 +262,6 @@ impl Pieces<'_> {
             let cpu_s = end.cost().cpu_s - from.map_or(0.0, |from| from.cost().cpu_s);
             Ok((end, cpu_s))
         })
-    }
-
-    /// Runs pieces until the channel is closed.
-    fn work(&self, pieces: &Mutex<mpsc::Receiver<Work>>) {
-        loop {
-            let next = pieces.lock().expect("no panic while locked").recv();
-            let Ok(next) = next else { return };
-            if go_on().is_break() {
-                return;
-            }
-            self.add(match next {
-                Work::Frictionless => self.frictionless().map(Piece::Frictionless),
-                Work::Slides(k, pressed) => self.slides(k, *pressed).map(|stored| Piece::Depth(k, stored)),
-            });
-        }
     }
 
     /// The slides at a depth; their time includes that of the press from the depth before.

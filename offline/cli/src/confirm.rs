@@ -1,8 +1,6 @@
 //! `fingerpad diagnose --confirm-fe`: strokes re-run by the finite elements; each finished one is a file of its own.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use fingerpad_diagnose::Evidence;
 use fingerpad_diagnose::confirm::{Confirmation, FeRow, FeStroke, Prepared, Ran};
@@ -72,31 +70,11 @@ pub fn confirm(
 impl Runner<'_> {
     fn run(&self, strokes: &[FeStroke<'_>]) -> Result<Ran, Failure> {
         self.bar.expect(strokes.len());
-        let out = Mutex::new(vec![None; strokes.len()]);
-        let failure: Mutex<Option<Failure>> = Mutex::new(None);
-        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-        std::thread::scope(|scope| {
-            for _ in 0..self.threads.min(strokes.len()) {
-                scope.spawn(|| {
-                    while !stop.load(Ordering::Relaxed) {
-                        let i = next.fetch_add(1, Ordering::Relaxed);
-                        let Some(stroke) = strokes.get(i) else { break };
-                        match self.one(stroke) {
-                            Ok(rows) => out.lock().expect("no thread panics with it")[i] = rows,
-                            Err(e) => {
-                                stop.store(true, Ordering::Relaxed);
-                                *failure.lock().expect("no thread panics with it") = Some(e);
-                            }
-                        }
-                        self.bar.count();
-                    }
-                });
-            }
-        });
-        match failure.into_inner().expect("threads have ended") {
-            Some(failure) => Err(failure),
-            None => Ok(out.into_inner().expect("threads have ended")),
-        }
+        formats::in_threads(strokes, self.threads.min(strokes.len()), |stroke| {
+            let rows = self.one(stroke);
+            self.bar.count();
+            rows
+        })
     }
 
     /// A stroke from its file or from the finite elements; `None` if they find no equilibrium.

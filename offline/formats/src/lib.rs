@@ -21,6 +21,7 @@ pub mod msh;
 pub mod msh_reader;
 pub mod nifti;
 pub mod nrrd;
+mod queue;
 pub mod raw_mesh;
 pub mod unit;
 pub mod units;
@@ -31,6 +32,7 @@ pub use atomic::{atomic_write, discard_unfinished};
 pub use column_names::ColumnNames;
 pub use columns::{Columns, Row};
 pub use error::Error;
+pub use queue::in_threads;
 
 use mesh::Region;
 

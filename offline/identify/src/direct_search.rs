@@ -12,6 +12,7 @@ use super::{
     surrogate::{AlignedSurrogate, FrictionModel},
 };
 use fingerpad_fe::contact::RubberFriction;
+use fingerpad_formats::in_threads;
 
 /// The paper's procedure from every start of the settings, side by side.
 ///
@@ -34,12 +35,9 @@ pub fn searches(
         (hooks.report_progress)("simplex", &all.join(" | "));
     };
     let mut fingers: Vec<FeFriction> = fe_models.iter_mut().map(|fe_model| fe.beside(fe_model)).collect();
-    std::thread::scope(|scope| {
-        let report = &report;
-        let threads: Vec<_> = (settings.simplex.starts.iter().zip(&mut fingers).enumerate())
-            .map(|(k, (start, fe))| scope.spawn(move || paper(settings, table, *start, fe, &|text| report(k, text))))
-            .collect();
-        threads.into_iter().map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    let starts = settings.simplex.starts.iter().zip(&mut fingers).enumerate();
+    in_threads(starts, settings.simplex.starts.len(), |(k, (start, fe))| {
+        paper(settings, table, *start, fe, &|text| report(k, text))
     })
 }
 

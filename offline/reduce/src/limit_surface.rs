@@ -351,7 +351,7 @@ mod tests {
     #[test]
     fn a_point_is_the_friction_of_a_slide() {
         let file = ModelFile::new(BED).unwrap();
-        let mut state = SpinState::default();
+        let mut state = fingerpad::SpinState::default();
         let mut last = Response::default();
         let point = bed().points.iter().copied().min_by(|a, b| b.direction[0].total_cmp(&a.direction[0])).unwrap();
         let [x, y, spin] = point.direction.map(|part| (0.02 * part) as f32);

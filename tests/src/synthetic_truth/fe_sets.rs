@@ -5,8 +5,6 @@
 use std::io::Read as _;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fingerpad_diagnose::confirm::{FeStroke, Prepared, Ran};
 use fingerpad_diagnose::runs_csv;
@@ -14,6 +12,7 @@ use fingerpad_diagnose::{Evidence, FeConfirmation, RunSet};
 use fingerpad_fe::experiment::{Config, Shape};
 use fingerpad_fe::load_path::LoadPathError;
 use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_formats::in_threads;
 
 /// A stored set.
 pub struct FeSet {
@@ -81,21 +80,9 @@ pub fn confirm(evidence: &Evidence, shape: &str, strokes: usize, threads: usize)
     let reference = super::score::reference();
     let prepared = Prepared::new(&reference, evidence, config.friction, strokes);
     let mut run = |_: &str, list: &[FeStroke<'_>]| -> Result<Ran, LoadPathError> {
-        let out = Mutex::new(vec![None; list.len()]);
-        let next = AtomicUsize::new(0);
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    loop {
-                        let i = next.fetch_add(1, Ordering::Relaxed);
-                        let Some(stroke) = list.get(i) else { break };
-                        let rows = stroke.follow(&problem, &mut |_| ControlFlow::Continue(())).expect("a sound path");
-                        out.lock().expect("no thread panics with it")[i] = rows;
-                    }
-                });
-            }
-        });
-        Ok(out.into_inner().expect("threads have ended"))
+        in_threads(list, threads, |stroke| {
+            Ok(stroke.follow(&problem, &mut |_| ControlFlow::Continue(())).expect("a sound path"))
+        })
     };
     prepared.confirm("coarse", shape, &mut run).expect("no stroke fails").report
 }

@@ -1,11 +1,10 @@
 //! The runs of a design of experiments, or of one share of it.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::BTreeMap,
     fs,
     ops::ControlFlow,
     path::{Path, PathBuf},
-    sync::Mutex,
 };
 
 use anyhow::{Context, anyhow};
@@ -13,7 +12,7 @@ use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
     Finger, LoadPathError, PathEnd, Problem, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
 };
-use fingerpad_formats::atomic_write;
+use fingerpad_formats::{atomic_write, in_threads};
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{self as reduce, Batch, DesignSettings, Experiment, Run, Sample};
 
@@ -89,7 +88,7 @@ pub fn run(
     let (first, rest): (Vec<_>, Vec<_>) =
         queue.into_iter().partition(|batch| batch.experiments.iter().any(|e| e.is_for_initial_guess()));
     for part in [first, rest] {
-        run_in_threads(in_turn(part), threads, &run)?;
+        in_threads(in_turn(part), threads, |batch| if go_on().is_break() { Ok(()) } else { run(&batch) })?;
         if go_on().is_break() {
             return Err(Failure::Interrupted(format!("finished paths are kept in {}", folder.display())));
         }
@@ -119,7 +118,7 @@ fn with_body(config: &Config, experiment: &Experiment) -> Config {
 }
 
 /// Batches with all kinds in turn, so that an interrupted design is a small one.
-fn in_turn(batches: Vec<Batch>) -> VecDeque<Batch> {
+fn in_turn(batches: Vec<Batch>) -> Vec<Batch> {
     let mut of_kind = BTreeMap::new();
     let mut turns: Vec<(usize, Batch)> = Vec::new();
     for batch in batches {
@@ -148,33 +147,6 @@ impl Place<'_> {
     fn missing<'a>(&self, batch: &Batch<'a>) -> Vec<&'a Experiment> {
         batch.experiments.iter().copied().filter(|experiment| !self.file(experiment).exists()).collect()
     }
-}
-
-/// Runs batches on some threads; the first failure or an interruption ends them.
-fn run_in_threads(
-    batches: VecDeque<Batch>,
-    threads: usize,
-    run: &(impl Fn(&Batch) -> Result<(), Failure> + Sync),
-) -> Result<(), Failure> {
-    let queue = Mutex::new(batches);
-    let failures: Mutex<Vec<Failure>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let Some(next) = queue.lock().expect("no panic while locked").pop_front() else { return };
-                    if go_on().is_break() {
-                        return;
-                    }
-                    if let Err(failure) = run(&next) {
-                        failures.lock().expect("no panic while locked").push(failure);
-                        return;
-                    }
-                }
-            });
-        }
-    });
-    failures.into_inner().expect("threads have ended").into_iter().next().map_or(Ok(()), Err)
 }
 
 /// Runs the missing paths of a batch. If more than one is missing, their common first part runs once.

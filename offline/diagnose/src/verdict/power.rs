@@ -10,9 +10,9 @@
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
+use fingerpad_formats::in_threads;
 use fingerpad_smooth::{Parameter, Parameters};
 use nalgebra::DVector;
 
@@ -105,29 +105,23 @@ pub fn power(
     let started = Instant::now();
     let source = Source::new(again);
     let (cells, not_simulated) = cells(&source, settings);
-    let next = AtomicUsize::new(0);
-    let is_stopped = AtomicBool::new(false);
     let counts = Mutex::new(vec![Counts::default(); cells.len()]);
     let elapsed = || started.elapsed().as_secs_f64();
-    std::thread::scope(|scope| {
-        for _ in 0..settings.threads.max(1) {
-            scope.spawn(|| {
-                while elapsed() < settings.seconds && !is_stopped.load(Ordering::Relaxed) {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let cell = cells[index % cells.len()];
-                    let set = source.simulated(cell, settings.seed, index as u64);
-                    let outcome = set.map(|set| again.outcome(&set));
-                    let mut counts = counts.lock().expect("no thread panics with it");
-                    if let Some(outcome) = &outcome {
-                        counts[index % cells.len()].add(outcome, cell.effect.map(|(law, _)| law.family));
-                    }
-                    let sets = counts.iter().map(|c| c.sets).sum();
-                    drop(counts);
-                    if progress(sets, (elapsed() / settings.seconds).min(1.0)).is_break() {
-                        is_stopped.store(true, Ordering::Relaxed);
-                    }
-                }
-            });
+    let until = (0_u64..).take_while(|_| elapsed() < settings.seconds);
+    let simulated = in_threads(until, settings.threads.max(1), |index| {
+        let place = index as usize % cells.len();
+        let cell = cells[place];
+        let set = source.simulated(cell, settings.seed, index);
+        let outcome = set.map(|set| again.outcome(&set));
+        let mut counts = counts.lock().expect("no thread panics with it");
+        if let Some(outcome) = &outcome {
+            counts[place].add(outcome, cell.effect.map(|(law, _)| law.family));
+        }
+        let sets = counts.iter().map(|c| c.sets).sum();
+        drop(counts);
+        match progress(sets, (elapsed() / settings.seconds).min(1.0)) {
+            ControlFlow::Break(()) => Err(()),
+            ControlFlow::Continue(()) => Ok(()),
         }
     });
     let counts = counts.into_inner().expect("all threads are done");
@@ -145,7 +139,7 @@ pub fn power(
         not_simulated,
         sets: counts.iter().map(|c| c.sets).sum(),
         elapsed_s: elapsed(),
-        interrupted: is_stopped.into_inner(),
+        interrupted: simulated.is_err(),
         seed: settings.seed,
     }
 }

@@ -3,8 +3,9 @@
 //!
 //! Main function: [`stability`].
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::convert::Infallible;
+
+use fingerpad_formats::in_threads;
 
 use crate::schema::{LeftOut, Stability};
 use crate::statistics::sign_flips::RandomSigns;
@@ -24,26 +25,14 @@ pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(
         return None;
     }
     let group_of = grouping(runs, groups, again.basis.settings.seed);
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, Outcome)>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, groups + 1) {
-            scope.spawn(|| {
-                loop {
-                    // The last one is the set as it is.
-                    let group = next.fetch_add(1, Ordering::Relaxed);
-                    if group > groups {
-                        break;
-                    }
-                    let outcome = again.outcome(&set.subset(|run| group_of[run] != group));
-                    done.lock().expect("no thread panics with it").push((group, outcome));
-                    tick();
-                }
-            });
-        }
+    // The last one is the set as it is.
+    let outcomes = in_threads(0..=groups, threads.clamp(1, groups + 1), |group| {
+        let outcome = again.outcome(&set.subset(|run| group_of[run] != group));
+        tick();
+        Ok::<_, Infallible>(outcome)
     });
-    let mut done = done.into_inner().expect("all threads are done");
-    done.sort_by_key(|d| d.0);
+    let mut done: Vec<(usize, Outcome)> =
+        outcomes.unwrap_or_else(|never| match never {}).into_iter().enumerate().collect();
     let (_, all) = done.pop()?;
     let kept = done.iter().filter(|(_, o)| o.verdict == all.verdict && o.families() == all.families()).count();
     let left_out = |outcome: &Outcome, group: usize| LeftOut {

@@ -3,15 +3,14 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::Mutex;
 
 use fingerpad_fe::experiment::{Config, Shape};
 use fingerpad_fe::load_path::{PressLimit, Tissue};
 use fingerpad_fe::material::{Material, Ogden};
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset};
+use fingerpad_formats::in_threads;
 use fingerpad_least_squares::{LevenbergMarquardt, Problem, minimise};
 
-use super::in_turn;
 use super::lab::{Failure, Lab, Line};
 use super::press::{area_lines, depth_lines};
 
@@ -221,19 +220,13 @@ fn standard_errors(columns: &[Vec<f64>]) -> Vec<f64> {
 
 /// The page's section on the fit.
 pub fn section(folder: &Path, jobs: usize) -> Result<String, Failure> {
-    let fits = Mutex::new(Vec::new());
-    let failed = in_turn(jobs, &CANDIDATES.each_ref(), |candidate| {
+    let mut fits = in_threads(&CANDIDATES, jobs, |candidate| -> Result<_, String> {
         let fitted = Fit { candidate, folder, known: Vec::new(), error: None }
             .run()
             .map_err(|e| format!("{}: {e}", candidate.name))?;
         eprintln!("{}: chi² {:.1}; {}", candidate.name, fitted.sum, all_said(candidate, &fitted));
-        fits.lock().expect("no panic while locked").push((*candidate, fitted));
-        Ok(())
-    });
-    if let Some(error) = failed {
-        return Err(error.into());
-    }
-    let mut fits = fits.into_inner().expect("threads have ended");
+        Ok((candidate, fitted))
+    })?;
     fits.sort_by(|(_, a), (_, b)| a.sum.total_cmp(&b.sum));
     let mut text = String::from(
         "\n## Which effect is missing\n\nEach candidate is fitted to the five numbers marked `fitted`, in presses without friction on \

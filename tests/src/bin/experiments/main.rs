@@ -12,11 +12,11 @@ mod slide;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
+use fingerpad_formats::in_threads;
 use fingerpad_report::{TraceChart, traces_svg};
 
 use lab::{Failure, Lab, Line};
@@ -91,37 +91,17 @@ fn main() -> Result<(), Failure> {
         .flat_map(|k| (0..labs.len()).map(move |finger| (k, finger)))
         .collect();
     let found = Mutex::new(Vec::new());
-    let failed = in_turn(args.jobs, &wanted, |&(k, finger)| {
+    in_threads(&wanted, args.jobs, |&(k, finger)| {
         let (name, experiment) = EXPERIMENTS[k];
         let finding = experiment(&labs[finger]).map_err(|e| format!("{name}, {}: {e}", FINGERS[finger]))?;
         eprintln!("{name}, {}: {}", FINGERS[finger], inside(&finding.lines));
         let mut found = found.lock().expect("no panic while locked");
         found.push(((k, finger), finding));
         // An interrupted program keeps its results.
-        write_page(&args.out, &labs[0], &fitted, &mut found)
-    });
-    if let Some(error) = failed {
-        return Err(error.into());
-    }
+        write_page(&args.out, &labs[0], &fitted, &mut found).map_err(|e| e.to_string())
+    })?;
     println!("{}", args.out.join(PAGE).display());
     Ok(())
-}
-
-/// Calls `run` for each item, `jobs` at a time; returns the last error.
-fn in_turn<T: Sync>(jobs: usize, items: &[T], run: impl Fn(&T) -> Result<(), Failure> + Sync) -> Option<String> {
-    let (next, failed) = (AtomicUsize::new(0), Mutex::new(None));
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, items.len().max(1)) {
-            scope.spawn(|| {
-                while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if let Err(error) = run(item) {
-                        *failed.lock().expect("no panic while locked") = Some(error.to_string());
-                    }
-                }
-            });
-        }
-    });
-    failed.into_inner().expect("threads have ended")
 }
 
 /// Name of the page.
