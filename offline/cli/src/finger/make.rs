@@ -11,7 +11,8 @@ use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::pad::{FitLimits, MadePad, PadMeta, PadSettings, PadSize, runs_for_bed};
 use fingerpad_reduce::{
-    self as reduce, COLUMNS, DesignSettings, GOOD, Grade, Group, ReduceError, Reduced, Run, Settings, Tip, Verdict,
+    self as reduce, COLUMNS, DesignSettings, GOOD, Grade, Group, Kind, ReduceError, Reduced, Run, Settings, Tip,
+    Verdict,
 };
 
 use super::springs::{fit, read_runs, representable};
@@ -90,11 +91,8 @@ enum Only {
     Bed,
 }
 
-/// CPU time of an increment of a contact 1 mm deep, per node of the mesh to the power of [`NODES_EXPONENT`], s: the shipped
-/// finger's design.
-const INCREMENT_S: f64 = 8.0e-6;
-/// Growth of the time with the number of nodes.
-const NODES_EXPONENT: f64 = 1.1;
+/// CPU time of a design over that which the time of a press gives.
+const HARDER: f64 = 1.2;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -130,7 +128,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             if args.check {
                 return runs::check(&config, &settings, folder, share);
             }
-            announce(&config, &settings, finger.mesh.nodes.len(), args.jobs)?;
+            announce(&config, &settings, folder, args.jobs)?;
             if args.estimate {
                 return Ok(());
             }
@@ -171,19 +169,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a design that this finger cannot follow, and prints its size and an estimate of its time.
-fn announce(config: &Config, settings: &DesignSettings, nodes: usize, jobs: Option<usize>) -> Result<(), Failure> {
+/// Refuses a design that this finger cannot follow, and prints its size and an estimate of its time, from the time of its first press on
+/// this machine.
+///
+/// * `folder`: of the runs
+fn announce(config: &Config, settings: &DesignSettings, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
     let experiments = reduce::design(settings)?;
     runs::check_paths(config, &experiments)?;
-    let costs: Vec<f64> = reduce::batches(&experiments).iter().map(reduce::Batch::cost).collect();
+    let batches = reduce::batches(&experiments);
+    let press = batches
+        .iter()
+        .filter(|batch| batch.experiments[0].kind == Kind::Press)
+        .min_by(|a, b| a.cost().total_cmp(&b.cost()));
+    let Some(press) = press else { return Err(Failure::Input(anyhow!("[design.paths]: press: there must be one"))) };
+    let unit_s = HARDER * runs::time_of(config, press, folder)? / press.cost();
+    let costs: Vec<f64> = batches.iter().map(reduce::Batch::cost).collect();
     // More threads than cores or batches of paths make nothing faster, and no thread ends before the longest batch.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = jobs.unwrap_or(cores).min(cores).min(costs.len()).max(1);
-    let unit_s = INCREMENT_S * (nodes as f64).powf(NODES_EXPONENT);
     let cpu_s = unit_s * costs.iter().sum::<f64>();
     let longest_s = unit_s * costs.iter().copied().fold(0.0, f64::max);
     println!(
-        "{} paths on {nodes} nodes: about {} of CPU, {} on {threads} of {cores} cores",
+        "{} paths: about {} of CPU, {} on {threads} of {cores} cores",
         experiments.len(),
         duration(cpu_s),
         duration((cpu_s / threads as f64).max(longest_s)),

@@ -7,21 +7,24 @@ use fingerpad::build::Data;
 use fingerpad::host::PadModelFile;
 use fingerpad::pad::{Pad, PadState, PatchState, Plane};
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{self, Drive, LoadPathError, Snapshot, Waypoint, follow_path};
+use fingerpad_fe::load_path::{self, Drive, Snapshot, Waypoint};
 use fingerpad_fe::mesh::Mesh;
 use fingerpad_reduce::pad::MOST_PATCHES;
 use fingerpad_reduce::{self as reduce, CurvePoint, Group, Kind, ReduceError, Run, Sample, Settings, Verdict};
 use fingerpad_report::{self as report, StickMap, TipModels, TipReport};
 
 use super::make::Models;
+use super::runs::follow;
 use crate::progress::during;
-use crate::{Failure, bar, go_on, make_finger_for, results, show};
+use crate::{Bars, Failure, LARGER_PADS, make_finger_for, results};
 
 /// Stick ratios of the finite elements at which the contact is shown.
 const SHOWN: [f64; 4] = [0.9, 0.6, 0.3, 0.02];
 /// Length of the page's slides over that of the middle slide of the runs, so that they end in full slip, and their parts whose ends are rows.
 const LONGER: f64 = 2.5;
 const PARTS: usize = 40;
+/// Iterations after which a slide of the page ends early.
+const MOST_ITERATIONS: u32 = 400;
 /// Longest step of the pad, mm.
 const STEP_MM: f64 = 0.05;
 
@@ -125,31 +128,19 @@ fn shown(config: &Config, runs: &[Run], pad: Option<&Pad<'_>>) -> Result<Shown, 
         return Ok(Shown { mesh: make_finger_for(config, &[])?.0.mesh, maps: Vec::new(), slides: Vec::new() });
     };
     let paths = [[1.0, 0.0], [0.0, 1.0]].map(|direction| slide(end(middle), direction));
-    let finger = make_finger_for(config, &paths.each_ref())?.0;
+    let (finger, _) = config.finger_reaching(&paths.each_ref(), LARGER_PADS[0])?;
     let (mut maps, mut slides) = (Vec::new(), Vec::new());
     for (axis, path) in paths.into_iter().enumerate() {
         let rows: Vec<usize> = if axis == 0 { (2..path.waypoints.len()).collect() } else { Vec::new() };
-        let bar = bar(format!("slide along {}", ["x", "y"][axis]));
         let mut problem = config.problem(&finger);
         problem.half = problem.half.filter(|_| path.is_symmetric());
-        let followed = follow_path(&problem, &path, &rows, &mut |progress| {
-            show(&bar, &progress);
-            go_on()
-        });
-        bar.finish_and_clear();
-        let trajectory = match followed {
-            Ok(trajectory) => trajectory,
-            Err(LoadPathError::Interrupted { .. }) => {
-                return Err(Failure::Interrupted("the models are written".into()));
-            }
-            Err(mut error) => {
-                eprintln!("the page's slide along {} ends early: {error}", ["x", "y"][axis]);
-                error.take_reached()
-            }
-        };
+        let name = format!("slide along {}", ["x", "y"][axis]);
+        let found = follow(&problem, (&name, &path), &rows, None, &Bars::default(), MOST_ITERATIONS)?;
+        let trajectory = found.trajectory;
         let patches = pad.filter(|_| axis == 0).map(|pad| patches_along(pad, &path)).unwrap_or_default();
         slides.push(Run {
-            name: format!("slide along {}", ["x", "y"][axis]),
+            name,
+            ended_early: found.ended_early,
             samples: trajectory.responses.iter().map(Sample::from).collect(),
             path,
             ..(*middle).clone()

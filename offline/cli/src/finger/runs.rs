@@ -10,7 +10,7 @@ use std::{
 use anyhow::{Context, anyhow};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Finger, LoadPathError, PathEnd, Problem, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
+    self, Finger, LoadPathError, PathEnd, Problem, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
 };
 use fingerpad_formats::{atomic_write, in_threads};
 use fingerpad_identify::population::Share;
@@ -95,6 +95,18 @@ pub fn run(
     }
     total.finish_and_clear();
     Ok(())
+}
+
+/// CPU time of a batch of one path, s, from its file or by following it, without a file.
+pub(super) fn time_of(config: &Config, batch: &Batch, folder: &Path) -> Result<f64, Failure> {
+    let experiment = batch.experiments[0];
+    let place = Place { folder, hash: reduce::settings_hash(config)? };
+    let file = place.file(experiment);
+    if let Some(known) = fs::read(&file).ok().and_then(|bytes| Run::from_bytes(&bytes, &file).ok()) {
+        return Ok(known.cpu_s);
+    }
+    let (finger, _) = config.finger_for(&[&experiment.path])?;
+    Ok(run_one(&problem(config, &finger, batch), experiment, None, &place.hash, &Bars::default())?.run.cpu_s)
 }
 
 /// Refuses a design with a path that this finger cannot follow.
@@ -214,38 +226,57 @@ fn interrupted() -> Failure {
     Failure::Interrupted("finished paths are kept".to_owned())
 }
 
-fn run_one(
+/// What the finite elements found along a path.
+pub(super) struct Found {
+    /// The rows that were reached.
+    pub trajectory: Trajectory,
+    /// Why the path ended early.
+    pub ended_early: Option<String>,
+    /// Whether it ended because skin beside the pad reached the plane; then a larger pad may help.
+    left_pad: bool,
+}
+
+/// Follows a path until its end, or until it ends early.
+///
+/// * `snapshots`: rows whose fields are kept
+/// * `beginning`: end of a first part that was run before
+/// * `most`: iterations after which it ends early
+///
+/// # Errors
+/// [`Failure::Input`] for a path that is refused, [`Failure::Interrupted`].
+pub(super) fn follow(
     problem: &Problem,
-    experiment: &Experiment,
+    (name, path): (&str, &load_path::Path),
+    snapshots: &[usize],
     beginning: Option<&PathEnd>,
-    hash: &str,
     bars: &Bars,
-) -> Result<Followed, Failure> {
-    let bar = bars.add(bar(experiment.name.clone()));
+    most: u32,
+) -> Result<Found, Failure> {
+    let bar = bars.add(bar(name.to_owned()));
     let mut is_hopeless = false;
     let mut progress = |progress: Progress| {
         show(&bar, &progress);
-        is_hopeless = progress.cost.iterations > MOST_ITERATIONS;
+        is_hopeless = progress.cost.iterations > most;
         if is_hopeless { ControlFlow::Break(()) } else { go_on() }
     };
     let result = match beginning {
-        Some(end) => follow_path_on(problem, &experiment.path, &[], end, None, &mut progress),
-        None => follow_path(problem, &experiment.path, &[], &mut progress),
+        Some(end) => follow_path_on(problem, path, snapshots, end, None, &mut progress),
+        None => follow_path(problem, path, snapshots, &mut progress),
     };
     bar.finish_and_clear();
     let left_pad = matches!(result, Err(LoadPathError::BesidePad { .. }));
-    let (trajectory, ended_early): (Trajectory, _) = match result {
+    let (trajectory, ended_early) = match result {
         Ok(trajectory) => (trajectory, None),
         // A path without equilibrium is kept up to the last row and marked.
         Err(LoadPathError::NoEquilibrium { reached, cause, t_s, .. }) => {
             (*reached, Some(format!("t = {t_s:.4} s: {cause}")))
         }
         Err(mut error @ LoadPathError::Interrupted { .. }) if is_hopeless => {
-            (error.take_reached(), Some(format!("still on its way after {MOST_ITERATIONS} iterations")))
+            (error.take_reached(), Some(format!("still on its way after {most} iterations")))
         }
         Err(LoadPathError::Interrupted { .. }) => return Err(interrupted()),
         Err(error @ (LoadPathError::Path(_) | LoadPathError::Checkpoint(_))) => {
-            return Err(Failure::Input(anyhow::Error::new(error).context(experiment.name.clone())));
+            return Err(Failure::Input(anyhow::Error::new(error).context(name.to_owned())));
         }
         Err(
             mut error @ (LoadPathError::BeyondFriction { .. }
@@ -256,8 +287,20 @@ fn run_one(
         ) => (error.take_reached(), Some(error.to_string())),
     };
     if let Some(problem) = &ended_early {
-        bars.line(&format!("{}: ended early, {problem}", experiment.name));
+        bars.line(&format!("{name}: ended early, {problem}"));
     }
+    Ok(Found { trajectory, ended_early, left_pad })
+}
+
+fn run_one(
+    problem: &Problem,
+    experiment: &Experiment,
+    beginning: Option<&PathEnd>,
+    hash: &str,
+    bars: &Bars,
+) -> Result<Followed, Failure> {
+    let path = (&*experiment.name, &experiment.path);
+    let Found { trajectory, ended_early, left_pad } = follow(problem, path, &[], beginning, bars, MOST_ITERATIONS)?;
     let run = Run {
         name: experiment.name.clone(),
         kind: experiment.kind,
