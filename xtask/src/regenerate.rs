@@ -85,13 +85,6 @@ const MADE: &[Made] = &[
         files: &["data/models/leap-tip-pad.fpm", "data/models/leap-tip.fpm"],
         how: How::Tip("--dome 9 --core 5.5 --material dragon-skin-30 --mu 0.8 --mesh-preset medium"),
     },
-    Made {
-        name: "gel-plate",
-        from: &[],
-        files: &["data/models/gel-plate-pad.fpm", "data/models/gel-plate.fpm"],
-        // Slides of a whole face take the solver minutes each on the medium mesh.
-        how: How::Tip("--flat 20,16,4 --material dragon-skin-10 --mu 0.8 --mesh-preset coarse"),
-    },
 ];
 
 /// Where the checksums stand.

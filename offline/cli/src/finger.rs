@@ -1,6 +1,7 @@
 //! `fingerpad finger`: the models of a finger, made from finite-element runs, from a pad or from another model.
 
 mod bed;
+mod full_slips;
 mod make;
 mod pad;
 mod page;

@@ -15,6 +15,8 @@ use super::{Kind, Run, replay};
 pub enum Group {
     /// The pose of the mesh, on a plane.
     Neutral,
+    /// Slides in the pose of the mesh that go on until all of the contact slips, and as far again.
+    FullSlip,
     /// Other poses, and changes of the pose.
     Poses,
     /// Several coordinates at once.
@@ -27,7 +29,7 @@ pub enum Group {
 
 impl Group {
     /// All groups.
-    pub const ALL: [Self; 5] = [Self::Neutral, Self::Poses, Self::Combined, Self::Deep, Self::Bodies];
+    pub const ALL: [Self; 6] = [Self::Neutral, Self::FullSlip, Self::Poses, Self::Combined, Self::Deep, Self::Bodies];
 
     /// The group of a kind of motion.
     pub fn of(kind: Kind) -> Self {
@@ -44,6 +46,7 @@ impl Group {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Neutral => "neutral pose",
+            Self::FullSlip => "full slip",
             Self::Poses => "poses",
             Self::Combined => "combined",
             Self::Deep => "deep",
@@ -179,6 +182,14 @@ impl Verdict {
     pub fn of_bed<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, runs: &[Run], law: [f64; 2]) -> Self {
         let runs: Vec<Run> = runs.iter().filter(|run| run.is_representable()).cloned().collect();
         Self::from(&runs, law, |run| replay(model, run).iter().map(answer).collect())
+    }
+
+    /// Adds the errors along slides to full slip.
+    ///
+    /// * `slides`: the verdict on those alone
+    pub fn with_full_slip(mut self, slides: &Self) -> Self {
+        self.0.extend(slides.0.get(&Group::Neutral).map(|errors| (Group::FullSlip, *errors)));
+        self
     }
 
     /// The worst grade of the groups for which `which` is true; good without such a group.

@@ -15,6 +15,7 @@ use fingerpad_reduce::{
     Verdict,
 };
 
+use super::full_slips::FullSlips;
 use super::springs::{fit, read_runs, representable};
 use super::{pad, page, runs, springs};
 use crate::against_shipped::meta_of;
@@ -140,11 +141,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         _ => outputs().prepare()?,
     }
-    let models = Models::make(args, &config, folder.as_deref(), &ranges)?;
+    let mut models = Models::make(args, &config, folder.as_deref(), &ranges)?;
     let refused = models.write([&files[0], &files[1]], args.accept)?;
+    let slides = FullSlips::of(&config, &models.runs)?;
+    models.judge(&slides.runs, [config.friction.lambda, config.friction.beta])?;
     models.print();
     let curve = args.curve.then(|| args.bed_settings(false));
-    page::write(out, &models, &config, curve.as_ref())?;
+    page::write(out, &models, &config, &slides, curve.as_ref())?;
     let [neutral, worst] = [models.worst(|group| group == Group::Neutral), models.worst(|_| true)];
     match (neutral, worst) {
         (Grade::NotUsable, _) if !args.accept => {
@@ -292,6 +295,20 @@ impl Models {
             }
         }
         Ok(refused)
+    }
+
+    /// Adds the errors along slides to full slip to the verdicts.
+    ///
+    /// * `law`: lambda and beta of the runs
+    fn judge(&mut self, slides: &[Run], law: [f64; 2]) -> Result<(), Failure> {
+        if let Some((pad, outline, verdict)) = &mut self.pad {
+            *verdict = verdict.clone().with_full_slip(&Verdict::of_pad(&pad.model, slides, outline, law));
+        }
+        if let Some((bed, verdict)) = &mut self.bed {
+            let model = bed.data.model().map_err(ReduceError::from)?;
+            *verdict = verdict.clone().with_full_slip(&Verdict::of_bed(&model, slides, law));
+        }
+        Ok(())
     }
 
     /// Rows of the table of verdicts.
