@@ -143,13 +143,76 @@ impl SkinAxis {
         let quarter = |v: Vector2<f64>| Vector2::new(-v.y, v.x);
         Sliding {
             traction: traction.into(),
-            elastic_slip: (from_scaled * Vector2::from(at.elastic_slip)).into(),
+            // Without rounding where the slip is elastic.
+            elastic_slip: if at.stuck { trial_mm } else { (from_scaled * Vector2::from(at.elastic_slip)).into() },
             by_slip: [[by_slip[(0, 0)], by_slip[(0, 1)]], [by_slip[(1, 0)], by_slip[(1, 1)]]],
             by_pressure: back(at.by_pressure).into(),
             by_turn: (back(at.by_turn) * share).into(),
             // Slip and axis that turn together turn the traction with them.
             by_axis: (quarter(traction) - by_slip * quarter(trial)).into(),
             ..at
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{RigidBody, RubberFriction};
+
+    /// The axis on a sphere, of skin that lies askew on it, turns with the corners as its derivatives say, and so does the traction with
+    /// slip, pressure, turn and axis.
+    #[test]
+    fn derivatives_of_axis_and_traction_match_their_differences() {
+        let undeformed = [[0.0, 0.0], [1.0, 0.1], [1.1, 1.0], [-0.1, 0.9]].map(|[x, y]| Vector3::new(x, y, 0.2 * x));
+        let element = &line_elements(&[Facet::Quad([0, 1, 2, 3])], &undeformed)[0];
+        let orthotropy = Orthotropy { across_over_along: 0.5, skin_axis_deg: 25.0 };
+        let body = RigidBody::Sphere { radius_mm: 3.0 };
+        let place = undeformed.map(|x| 1.2 * x + Vector3::new(0.3 * x.y, -0.2 * x.x, 0.4 * x.x * x.y + 0.1));
+        let at = |place: &[Vector3<f64>]| {
+            let spots: Vec<Spot> = place.iter().map(|y| body.spot(y)).collect();
+            (orthotropy.axis(element, 0, &spots).unwrap(), spots)
+        };
+        let (axis, spots) = at(&place);
+        let along = axis.across.cross(&spots[0].normal);
+        let turns: Vec<_> = axis.turns(orthotropy, element, 0, &spots[0]).collect();
+        for (node, k) in (0..4).flat_map(|node| [(node, 0), (node, 1), (node, 2)]) {
+            let moved = |h: f64| {
+                let mut place = place;
+                place[node][k] += h;
+                at(&place).0.across
+            };
+            let numeric = -along.dot(&(moved(1e-6) - moved(-1e-6))) / 2e-6;
+            let exact: f64 = turns.iter().filter(|(by, _)| *by == node).map(|(_, turn)| turn[k]).sum();
+            assert!((numeric - exact).abs() < 1e-8, "node {node}, coordinate {k}: {numeric} {exact}");
+        }
+
+        let law = RubberFriction::default();
+        for (trial, turn) in [([0.002, -0.001], 0.3), ([0.02, 0.07], 0.3), ([0.012, 0.004], -0.3)] {
+            // Trial slip, pressure, turn and angle of the axis.
+            let of = |[x, y, pressure, turn, angle]: [f64; 5]| {
+                let across_tangents = Vector2::new(-angle.sin(), angle.cos());
+                SkinAxis { across_tangents, ..axis }.return_map(&law, [x, y], pressure, false, turn)
+            };
+            let here = [trial[0], trial[1], 0.004, turn, 0.7];
+            let Sliding { by_slip, by_pressure, by_turn, by_axis, .. } = of(here);
+            let exact = [by_slip.map(|row| row[0]), by_slip.map(|row| row[1]), by_pressure, by_turn, by_axis];
+            for (k, exact) in exact.into_iter().enumerate() {
+                let moved = |h: f64| {
+                    let mut there = here;
+                    there[k] += h;
+                    of(there).traction
+                };
+                let (up, down) = (moved(1e-8), moved(-1e-8));
+                for i in 0..2 {
+                    let numeric = (up[i] - down[i]) / 2e-8;
+                    assert!(
+                        (numeric - exact[i]).abs() < 1e-6,
+                        "{trial:?} {turn}, argument {k}: {numeric} {}",
+                        exact[i]
+                    );
+                }
+            }
         }
     }
 }

@@ -141,8 +141,11 @@ fn a_plane_that_spins_turns_the_finger_along() {
 
 #[test]
 fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure() {
+    [rubber(), Friction::On(orthotropic(0.5, 30.0))].iter().for_each(work_of_tangential_forces);
+}
+
+fn work_of_tangential_forces(law: &Friction) {
     let surface = patch();
-    let law = rubber();
     let plane = Plane::new(POSES[2]);
     let start = over(&surface, &plane, -0.004, |n, k| 0.008 * scatter(n, k));
     let mut state = surface.initial_state(&start, plane);
@@ -156,7 +159,7 @@ fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure(
         let plane = state.plane.moved_to(to);
         let place = over(&surface, &plane, -0.004, |n, k| 0.02 * scatter(n + 40 * step, k));
         let areas = surface.areas(&state, &place, &plane);
-        let (next, totals) = surface.commit(&law, &state, &areas, &place, plane);
+        let (next, totals) = surface.commit(law, &state, &areas, &place, plane);
         let mut work = 0.0;
         for n in 0..25 {
             let (a, b) = (&state.nodes[n], &next.nodes[n]);
@@ -388,6 +391,13 @@ fn an_orthotropic_block_slides_at_the_ellipse_along_its_normal() {
             let work = 0.5 * strength * scaled * 2.0;
             assert!((slip.dissipation - work).abs() < 1e-9 * work, "{} {work}", slip.dissipation);
             assert!((stick.elastic_energy - 0.5 * 0.81 * strength * constants.gamma_crit_mm).abs() < 1e-12);
+            // The axis is the skin's: a plane that spins under it takes no part of it along.
+            let (mut state, mut to, mut last) = (held.clone(), at, slip);
+            for [way, spin] in [[0.0, 0.8], [20.0, 0.0], [20.0, 0.0], [20.0, 0.0]] {
+                to = [to[0] + way * v[0], to[1] + way * v[1], to[2], to[3] + spin, to[4], to[5]];
+                (state, last) = surface.commit(&law, &state, &areas, &pressed, state.plane.moved_to(to));
+            }
+            assert!((0..2).all(|k| (axes(last.force)[k] - wanted[k]).abs() < 1e-5), "{ratio} {direction}: {last:?}");
         }
     }
 }
