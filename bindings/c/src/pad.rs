@@ -27,7 +27,7 @@ pub const FINGERPAD_BODY_EDGE: u32 = 3;
 /// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
 #[repr(C)]
 pub struct fingerpad_pad {
-    opaque: [u64; 12],
+    opaque: [u64; 13],
 }
 
 /// What a pad's file says of itself.

@@ -141,7 +141,7 @@ fn a_plane_that_spins_turns_the_finger_along() {
 
 #[test]
 fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure() {
-    [rubber(), Friction::On(orthotropic(0.5, 30.0))].iter().for_each(work_of_tangential_forces);
+    [rubber(), Friction::On(orthotropic(1.8, 30.0))].iter().for_each(work_of_tangential_forces);
 }
 
 fn work_of_tangential_forces(law: &Friction) {
@@ -174,7 +174,7 @@ fn work_of_tangential_forces(law: &Friction) {
         // A node that comes into contact has no earlier elastic slip: its first displacement is elastic slip as a
         // whole.
         assert!(balance.abs() < 1e-12, "step {step}: {balance:e} of {work:e}");
-        assert!(totals.min_dissipation_mj >= 0.0);
+        assert!(totals.min_dissipation_mj >= 0.0, "step {step}: {:e} mJ", totals.min_dissipation_mj);
         (stored, dissipated) = (totals.elastic_energy, dissipated + totals.dissipation);
         state = next;
     }
