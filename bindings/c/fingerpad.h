@@ -379,7 +379,7 @@ typedef struct {
 // The model file of a pad in use: every pose of the finger, on planes, spheres, cylinders and edges. Set it up with
 // `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[12];
+  uint64_t opaque[13];
 } fingerpad_pad;
 
 // The shape of a rigid body in a frame of its own.

@@ -150,6 +150,8 @@ pub enum Field {
     RelaxationShare,
     /// Time of a branch, s.
     RelaxationTime,
+    /// Ratio (0) and axis (1, degrees) of orthotropic friction.
+    Orthotropy,
 }
 
 impl core::fmt::Display for Error {

@@ -27,7 +27,7 @@ pub const FINGERPAD_BODY_EDGE: u32 = 3;
 /// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
 #[repr(C)]
 pub struct fingerpad_pad {
-    opaque: [u64; 12],
+    opaque: [u64; 13],
 }
 
 /// What a pad's file says of itself.
@@ -139,7 +139,7 @@ pub unsafe extern "C" fn fingerpad_pad_load(pad: *mut fingerpad_pad, file: *cons
 
 unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    unsafe { write(pad, fingerpad_pad { opaque: [0; 12] }) }?;
+    unsafe { write(pad, fingerpad_pad { opaque: [0; 13] }) }?;
     if file.is_null() {
         return Err(FINGERPAD_NULL);
     }
@@ -158,7 +158,7 @@ unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Resul
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_unload(pad: *mut fingerpad_pad) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write(pad, fingerpad_pad { opaque: [0; 12] }) })
+    answer(unsafe { write(pad, fingerpad_pad { opaque: [0; 13] }) })
 }
 
 /// Changes the pad to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5) and

@@ -26,7 +26,7 @@ export const LAWS = { moisture: 1, speed: 2, temperature: 17 };
 /** Bodies by their numbers in the module. */
 export const BODIES = ["plane", "sphere", "cylinder", "edge"];
 
-const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross SlipLead PressureCentre Radius Axis FaceAngle PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda EffectValue State PatchArea PatchPlace PatchCompliance BulkMode BulkStiffness BulkStiffening Flattening FirstTouch Lift TableValue Observer RelaxationShare RelaxationTime".split(" ");
+const FIELDS = "DepthMax NormalForce ContactArea FrictionLimit TangentialStiffness StiffnessSlope StiffnessShare StiffnessRatio StrengthRatio YieldSlide AreaShare Sharpness SpringArm SpinLimit SpinCross SlipLead PressureCentre Radius Axis FaceAngle PressCoupling TiltX OddStiffness AreaTilt BandNormal BandFriction BandSlip PressureExponent Pose Size Stiffness Lambda EffectValue State PatchArea PatchPlace PatchCompliance BulkMode BulkStiffness BulkStiffening Flattening FirstTouch Lift TableValue Observer RelaxationShare RelaxationTime Orthotropy".split(" ");
 
 export class Model {
   /** Starts the module from its bytes. */

@@ -10,7 +10,7 @@ use crate::{Error, Relaxation, Tuning};
 
 use super::body::{LeastRadii, Surface};
 use super::vector::{Bulk, Packed, along};
-use super::{FIRST_TOUCH_TERMS, MODES};
+use super::{FIRST_TOUCH_TERMS, MODES, Orthotropy};
 
 /// One patch of skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,12 +206,14 @@ pub struct Pad<'a, T = f32> {
     pub(crate) units: Units<T>,
     pub(crate) effort: Effort,
     pub(crate) relaxation: Relaxation<T>,
+    pub(crate) orthotropy: Orthotropy<T>,
 }
 
 impl<'a, T: Scalar> Pad<'a, T> {
     /// The pad of the fitted finger.
     pub fn new(patches: &'a [Patch<T>], numbers: &'a Numbers<T>) -> Self {
-        Self { patches, numbers, units: Units::fitted(), effort: Effort::default(), relaxation: Relaxation::none() }
+        let (effort, relaxation, orthotropy) = (Effort::default(), Relaxation::none(), Orthotropy::isotropic());
+        Self { patches, numbers, units: Units::fitted(), effort, relaxation, orthotropy }
     }
 
     /// The same pad with another bound on the time and on the error of a step.
@@ -230,6 +232,17 @@ impl<'a, T: Scalar> Pad<'a, T> {
     /// The branches of the tissue.
     pub fn relaxation(&self) -> &Relaxation<T> {
         &self.relaxation
+    }
+
+    /// The same pad with a strength that depends on the direction. The strength of the model is that along the axis.
+    #[must_use]
+    pub fn with_orthotropy(self, orthotropy: Orthotropy<T>) -> Self {
+        Self { orthotropy, ..self }
+    }
+
+    /// The dependence of the strength on the direction.
+    pub fn orthotropy(&self) -> &Orthotropy<T> {
+        &self.orthotropy
     }
 
     /// The same pad for another finger, relative to the fitted one. A state belongs to one tuning.

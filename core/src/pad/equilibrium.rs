@@ -9,6 +9,7 @@ use crate::math::{Elementary, Scalar};
 
 use super::body::{Surface, mean, point};
 use super::memory::{Memory, Perhaps, Weights};
+use super::orthotropy::SkinAxis;
 use super::patch::Compressed;
 use super::touch::Approach;
 use super::vector::{Bulk, Packed, Rounded, add_diagonal, add_square, along, factor, solve, symmetric, zeros};
@@ -80,14 +81,14 @@ pub(crate) struct PatchContact<T> {
     pub slope: T,
     /// Normal force of the relaxed tissue at this overlap, N.
     pub relaxed: T,
-    /// Strength, N.
+    /// Strength, N; along the axis of the skin if friction is orthotropic.
     pub strength: T,
     /// See [`super::patch::PatchForce::below`].
     pub below: T,
     /// Vector from the skin to the anchor along the surface, mm, times s less h where the tissue relaxes, and its length.
     pub stretch: Vector3<T>,
     pub length: T,
-    /// Length of the stretch at which friction reaches the strength, mm.
+    /// Length of the stretch at which friction reaches the strength in its direction, mm.
     pub bound: T,
     /// Friction over stretch, N/mm.
     pub grip: T,
@@ -127,6 +128,8 @@ pub(crate) struct Equations<'a, const P: usize, T, B, W> {
     pub tolerance: f32,
     /// The branches of the tissue; none by type where it does not relax.
     pub weights: W,
+    /// Axis of the skin; none if friction is isotropic.
+    pub axis: Option<SkinAxis<T>>,
 }
 
 impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Equations<'_, P, T, B, W> {
@@ -197,12 +200,13 @@ impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Eq
             }
             contact.length = (contact.stretch.dot(&contact.stretch) + T::of(f32::MIN_POSITIVE)).magnitude().sqrt();
             let compliance = patch.compliance_mm_per_n[1];
-            contact.bound = contact.strength * compliance;
-            contact.grip = if contact.length > contact.bound {
-                contact.strength / contact.length
-            } else {
-                T::of(1.0) / compliance
+            let strength = match &self.axis {
+                None => contact.strength,
+                Some(axis) => axis.strength(contact, compliance, &placed.inward),
             };
+            contact.bound = strength * compliance;
+            contact.grip =
+                if contact.length > contact.bound { strength / contact.length } else { T::of(1.0) / compliance };
             let force = contact.stretch * contact.grip - inward * load.force;
             let force = self.frame.soft.tr_mul(&force);
             contact.pull = force;
@@ -297,6 +301,10 @@ impl<const P: usize, T: Elementary, B: Surface<T>, W: Perhaps<Weights<P, T>>> Eq
             let grip = self.stiff().map_or(contact.grip, |stiff| stiff * contact.grip);
             if contact.length <= contact.bound {
                 add_square(&mut stiffness, &in_direction(&first), grip);
+            } else if let Some(axis) = &self.axis {
+                let (direction, share) = axis.along_limit(contact, &placed.inward);
+                add_square(&mut stiffness, &in_direction(&direction), grip * share);
+                continue;
             }
             add_square(&mut stiffness, &in_direction(&second), grip);
         }

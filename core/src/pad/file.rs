@@ -7,13 +7,15 @@ use crate::error::Field;
 use crate::model_file::{Writer, check_envelope, check_start, section, word};
 use crate::{Error, Relaxation};
 
-use super::{MODES, Numbers, Pad, Patch};
+use super::{MODES, Numbers, Orthotropy, Pad, Patch};
 
 const NUMBERS: [u8; 4] = *b"PADN";
 const PATCHES: [u8; 4] = *b"PADP";
 const META: [u8; 4] = *b"META";
 /// Branches of the tissue; only in files of tissue that relaxes.
 const RELAXATION: [u8; 4] = *b"RELX";
+/// Orthotropic friction; only in files of a finger that has it.
+const ORTHOTROPY: [u8; 4] = *b"ORTH";
 /// Largest magnitude of a number of a pad; far above those of any finger.
 const LARGEST: f32 = 1e6;
 
@@ -46,13 +48,9 @@ impl<'a> PadFile<'a> {
         let patches: &[Patch] =
             bytemuck::try_cast_slice(section(bytes, PATCHES)?).map_err(|_| Error::Section { id: PATCHES })?;
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
-        let relaxation = match section(bytes, RELAXATION) {
-            Err(Error::Section { .. }) => Relaxation::none(),
-            found => bytemuck::try_pod_read_unaligned::<Relaxation>(found?)
-                .map_err(|_| Error::Section { id: RELAXATION })?
-                .check()?,
-        };
-        let pad = Pad::new(patches, numbers).with_relaxation(relaxation);
+        let relaxation = optional(bytes, RELAXATION)?.unwrap_or_else(Relaxation::none).check()?;
+        let orthotropy = optional(bytes, ORTHOTROPY)?.unwrap_or_else(Orthotropy::isotropic).check()?;
+        let pad = Pad::new(patches, numbers).with_relaxation(relaxation).with_orthotropy(orthotropy);
         pad.check()?;
         Ok(Self { pad, meta })
     }
@@ -66,11 +64,39 @@ impl<'a> PadFile<'a> {
     }
 }
 
+const MODES_WORD: [u8; 4] = (MODES as u32).to_le_bytes();
+
+/// Whether a section enters the file.
+fn is_written((id, [head, _]): &([u8; 4], [&[u8]; 2])) -> bool {
+    !head.is_empty() || !matches!(*id, RELAXATION | ORTHOTROPY)
+}
+
+/// The numbers of a section that a file may lack.
+fn optional<N: bytemuck::Pod>(bytes: &[u8], id: [u8; 4]) -> Result<Option<N>, Error> {
+    match section(bytes, id) {
+        Err(Error::Section { .. }) => Ok(None),
+        found => bytemuck::try_pod_read_unaligned(found?).map(Some).map_err(|_| Error::Section { id }),
+    }
+}
+
 impl Pad<'_> {
+    /// The sections of a file, each in two parts. Those that a finger may lack are empty where it does.
+    fn sections<'a>(&'a self, modes: &'a [u8], meta: &'a str) -> [([u8; 4], [&'a [u8]; 2]); 5] {
+        let relaxation = if self.relaxation.is_some() { bytemuck::bytes_of(&self.relaxation) } else { &[] };
+        let orthotropy = if self.orthotropy.is_some() { bytemuck::bytes_of(&self.orthotropy) } else { &[] };
+        [
+            (NUMBERS, [modes, bytemuck::bytes_of(self.numbers)]),
+            (PATCHES, [bytemuck::cast_slice(self.patches), &[]]),
+            (RELAXATION, [relaxation, &[]]),
+            (ORTHOTROPY, [orthotropy, &[]]),
+            (META, [meta.as_bytes(), &[]]),
+        ]
+    }
+
     /// Length of the file that [`Pad::write_file`] writes, bytes.
     pub fn file_length(&self, meta: &str) -> usize {
-        let relaxation = if self.relaxation.is_some() { 12 + size_of::<Relaxation>() } else { 0 };
-        20 + 3 * 12 + relaxation + 4 + size_of::<Numbers>() + size_of_val(self.patches) + meta.len()
+        let written = self.sections(&MODES_WORD, meta).into_iter().filter(is_written);
+        written.fold(20, |sum, (_, [head, rest])| sum + 12 + head.len() + rest.len())
     }
 
     /// Writes a model file into `out` and returns its length.
@@ -82,30 +108,22 @@ impl Pad<'_> {
         if out.len() < needed {
             return Err(Error::Buffer { needed: needed as u32 });
         }
-        let numbers = 4 + size_of::<Numbers>();
-        let patches = size_of_val(self.patches);
-        let relaxation = if self.relaxation.is_some() { size_of::<Relaxation>() } else { 0 };
-        let count = 3 + usize::from(relaxation > 0);
+        let sections = self.sections(&MODES_WORD, meta);
+        let count = sections.iter().filter(|section| is_written(section)).count();
         let mut w = Writer::new(out);
         w.put(&MAGIC);
         for value in [VERSION, needed as u32, 0, count as u32] {
             w.word(value);
         }
-        let sections = [(NUMBERS, numbers), (PATCHES, patches), (RELAXATION, relaxation), (META, meta.len())];
         let mut at = 20 + count * 12;
-        for (id, length) in sections.into_iter().filter(|(id, length)| *id != RELAXATION || *length > 0) {
+        for (id, [head, rest]) in sections.into_iter().filter(is_written) {
+            let length = head.len() + rest.len();
             w.put(&id);
             w.word(at as u32);
             w.word(length as u32);
             at += length;
         }
-        w.word(MODES as u32);
-        w.put(bytemuck::bytes_of(self.numbers));
-        w.put(bytemuck::cast_slice(self.patches));
-        if relaxation > 0 {
-            w.put(bytemuck::bytes_of(&self.relaxation));
-        }
-        w.put(meta.as_bytes());
+        sections.iter().flat_map(|(_, parts)| parts).for_each(|part| w.put(part));
         Ok(w.seal(needed))
     }
 
@@ -210,6 +228,26 @@ mod tests {
         assert_eq!(file.meta, "{\"example\":true}");
         // The reader of a bed's file names the section that is missing.
         assert_eq!(crate::File::from_bytes(&buffer.0[..length]).map(|_| ()), Err(Error::Section { id: *b"DATA" }));
+    }
+
+    #[test]
+    fn orthotropic_friction_is_a_section_of_its_own_and_its_numbers_are_checked() {
+        let example = ExamplePad::new();
+        let isotropic = example.pad().file_length("{}");
+        for (ratio, axis_deg, refused) in
+            [(0.7, 30.0, None), (0.05, 30.0, Some((0, 0.05))), (f32::NAN, 0.0, None), (0.7, 181.0, Some((1, 181.0)))]
+        {
+            let made = Orthotropy::new(ratio, axis_deg);
+            let Ok(orthotropy) = made else {
+                let Err(Error::Range { what: Field::Orthotropy, index, value }) = made else { panic!("{made:?}") };
+                assert!(ratio.is_nan() && index == 0 && value.is_nan() || refused == Some((index, value)));
+                continue;
+            };
+            let mut buffer = std::boxed::Box::new(Aligned([0; 16384]));
+            let length = example.pad().with_orthotropy(orthotropy).write_file("{}", &mut buffer.0).unwrap();
+            assert!(length == isotropic + 12 + 8 && refused.is_none());
+            assert_eq!(*PadFile::from_bytes(&buffer.0[..length]).unwrap().pad.orthotropy(), orthotropy);
+        }
     }
 
     #[test]

@@ -173,14 +173,21 @@ impl<T: Elementary> Pad<'_, T> {
         let (normal, in_contact) = (force[2], area > zero);
         let pressing = normal.not_negative();
         let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
-        let resultant = friction.dot(&friction).magnitude().sqrt();
+        // Where friction is orthotropic, the limit is that in the direction of friction, and against spin the smallest one.
+        let (resultant, limit, least) = match &equations.axis {
+            None => (friction.dot(&friction).magnitude().sqrt(), strength, strength_or_tiny),
+            Some(axis) => {
+                let [length, scaled] = axis.lengths(&sums.friction, &Vector3::new(T::of(0.0), T::of(0.0), T::of(1.0)));
+                (scaled, strength * (length / scaled), strength_or_tiny * axis.least_limit())
+            }
+        };
         // The slip margin compares friction, and its moment about the centre of the strengths, with an ellipse.
         let middle = back(&(sums.middle * (T::of(1.0) / strength_or_tiny)));
         let square = (reach / strength_or_tiny - (middle[0] * middle[0] + middle[1] * middle[1])).not_negative();
         // With one patch in contact the difference is rounding only.
         let arm = (square + T::of(LEAST_ARM_MM2)).magnitude().sqrt();
         let about_middle = friction_spin - (middle[0] * friction[1] - middle[1] * friction[0]);
-        let (share, turning) = (resultant / strength_or_tiny, about_middle / (strength_or_tiny * arm + T::of(1e-12)));
+        let (share, turning) = (resultant / strength_or_tiny, about_middle / (least * arm + T::of(1e-12)));
         let stick_ratio = if in_contact { stuck_area / area } else { zero };
         let (numbers, steepness) = (self.numbers, steepness(equations.body));
         let (away, deep) = (away(state.tilt), (state.depth - T::of(DEEP_MM)).not_negative());
@@ -195,7 +202,7 @@ impl<T: Elementary> Pad<'_, T> {
             friction_n: [force[0], force[1]],
             tangential_friction_n: [friction[0], friction[1]],
             stick_ratio,
-            friction_limit_n: strength,
+            friction_limit_n: limit,
             slip_margin: if in_contact {
                 (T::of(1.0) - (share * share + turning * turning).magnitude().sqrt()).not_negative()
             } else {
@@ -211,7 +218,7 @@ impl<T: Elementary> Pad<'_, T> {
                 zero
             },
             band_friction_n: if in_contact {
-                (strength * (band(&numbers.band_friction) + added[1]) + light[1]).not_negative()
+                (limit * (band(&numbers.band_friction) + added[1]) + light[1]).not_negative()
             } else {
                 zero
             },

@@ -126,15 +126,25 @@ impl<T: Elementary> Pad<'_, T> {
         let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
         let Some((equations, active)) = self.after_step(state, &body) else { return limit };
         let (sin, cos) = state.angle[0].sin_cos();
+        let turned = |x: T, y: T, sin: T| [cos * x - sin * y, sin * x + cos * y];
         for contact in active.iter().map(|patch| &patch.contact).filter(|contact| contact.touches) {
             let [x, y] = [0, 1].map(|k| contact.place[k] + equations.frame.apex[k]);
-            let [x, y] = [cos * x - sin * y, sin * x + cos * y];
+            let [x, y] = turned(x, y, sin);
             let velocity = [along_x - turn * y, along_y + turn * x];
             let speed = (velocity[0] * velocity[0] + velocity[1] * velocity[1]).magnitude().sqrt();
             if !(speed > T::of(f32::MIN_POSITIVE)) {
                 continue;
             }
-            let [fx, fy] = velocity.map(|part| part * (contact.strength / speed));
+            let [fx, fy] = match &equations.axis {
+                None => velocity.map(|part| part * (contact.strength / speed)),
+                Some(axis) => {
+                    let [x, y] = turned(velocity[0], velocity[1], -sin).map(|part| part / speed);
+                    let along = axis
+                        .sliding(&Vector3::new(x, y, T::of(0.0)), &Vector3::new(T::of(0.0), T::of(0.0), T::of(1.0)))
+                        * contact.strength;
+                    turned(along.x, along.y, sin)
+                }
+            };
             limit = [limit[0] + fx, limit[1] + fy, limit[2] + (x * fy - y * fx)];
         }
         [limit[0] * force, limit[1] * force, limit[2] * (force * length)]
@@ -159,15 +169,22 @@ impl<T: Elementary> Pad<'_, T> {
         if equations.weights.get().is_none() {
             return now;
         }
-        let mut limit = T::of(0.0);
+        let (mut limit, mut at_present) = (T::of(0.0), T::of(0.0));
         for ActivePatch { placed, contact, .. } in &active {
+            if contact.touches {
+                at_present += contact.strength;
+            }
             // Skin that lags behind the body comes to touch it.
             if placed.compressed.touches(contact.overlap) {
                 limit += placed.compressed.press(contact.overlap, &self.numbers.law, None).strength
                     * equations.strength_factor;
             }
         }
-        let friction_limit_n = limit * self.units.force;
+        let mut friction_limit_n = limit * self.units.force;
+        if equations.axis.is_some() {
+            // The direction of friction stays.
+            friction_limit_n = response.friction_limit_n * (limit / (at_present + T::of(f32::MIN_POSITIVE)));
+        }
         let used = (T::of(1.0) - response.slip_margin) * response.friction_limit_n;
         Relaxed {
             friction_limit_n,

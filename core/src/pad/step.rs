@@ -12,6 +12,7 @@ use crate::{Motion, Response, Status};
 use super::body::{InUnits, Sides, Surface, spread};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, Stiffening, anchor_at};
 use super::memory::{Memory, Perhaps};
+use super::orthotropy::SkinAxis;
 use super::patch::{Compressed, root_of_variance, spread_along};
 use super::state::{APART, PadState};
 use super::vector::{Bulk, along, zeros};
@@ -305,6 +306,13 @@ impl<T: Elementary> Pad<'_, T> {
         body: &'a B,
     ) -> Equations<'a, P, T, B, M::Weights> {
         let (frame, weights) = (self.frame(state, body), state.memory.weights(&self.relaxation));
+        let axis = self.orthotropy.is_some().then(|| {
+            SkinAxis::new(&self.orthotropy, |axis| {
+                // The skin turns with the bulk, as at the start of the search.
+                let [_, _, _, turn @ ..] = self.numbers.rigid.each_ref().map(|row| along(row, &state.bulk));
+                frame.axes * (axis + Vector3::from(turn).cross(&axis) * self.numbers.law.softness[0])
+            })
+        });
         Equations {
             numbers: self.numbers,
             body,
@@ -313,6 +321,7 @@ impl<T: Elementary> Pad<'_, T> {
             frame,
             tolerance: self.effort.tolerance,
             weights,
+            axis,
         }
     }
 

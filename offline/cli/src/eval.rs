@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
 use fingerpad::host::{ModelFile, PadModelFile};
-use fingerpad::pad::{Body, LeastRadii, Surface};
+use fingerpad::pad::{Body, LeastRadii, Orthotropy, Surface};
 use fingerpad::{BRANCHES, Branch, Effects, Error, Field, File, Relaxation, Status, pad};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::experiment::Config;
@@ -34,6 +34,7 @@ Examples:
   fingerpad eval --model charged.fpm --path path.csv --column voltage_v=120 --out reduced.csv
   fingerpad eval --body sphere --radius-mm 10 --path path.csv --out reduced.csv  the shipped pad on a ball
   fingerpad eval --relaxation human-assumed --path path.csv --out reduced.csv  tissue that relaxes (shares assumed)
+  fingerpad eval --orthotropy 0.7:30 --path path.csv --out reduced.csv         friction that depends on the direction
   fingerpad eval --model pad.fpm --path path.csv --out reduced.csv             a pad, which `pad` writes
   fingerpad eval --path - --out - < path.csv                                   from and to a pipe
   fingerpad eval --observe log.csv --out margin.csv                            margin on a surface of unknown friction
@@ -87,6 +88,10 @@ pub struct Args {
     /// branches, shares over the relaxed stiffness
     #[arg(long, value_name = "BRANCHES", value_parser = branches, conflicts_with_all = ["runs", "observe"])]
     relaxation: Option<Relaxation>,
+    /// Orthotropic friction of a pad in place of that of its file: strength across an axis of the skin over the strength along it, 0.1 to
+    /// 10, and the angle of that axis from x towards y, degrees, as in 0.7:30
+    #[arg(long, value_name = "RATIO:AXIS_DEG", value_parser = orthotropy, conflicts_with_all = ["runs", "observe"])]
+    orthotropy: Option<Orthotropy>,
     /// Constant value of an additional column that the model reads and the path does not have, as column=value; may be
     /// repeated
     #[arg(long, value_name = "COLUMN=VALUE", value_parser = column_value, conflicts_with = "runs")]
@@ -97,6 +102,14 @@ pub struct Args {
     /// Replace a file at --out that this command did not write
     #[arg(long)]
     force: bool,
+}
+
+impl Args {
+    /// The flag that only a pad has, if one is given.
+    fn pad_flag(&self) -> Option<&'static str> {
+        let relaxation = self.relaxation.is_some().then_some("--relaxation");
+        relaxation.or(self.orthotropy.is_some().then_some("--orthotropy"))
+    }
 }
 
 /// Branches from their text.
@@ -121,6 +134,17 @@ fn branches(text: &str) -> Result<Relaxation, String> {
             format!("time {value} s of branch {} is outside 10 us to 100 000 s", index + 1)
         }
         _ => format!("{} branches, at most {BRANCHES}", list.len()),
+    })
+}
+
+/// Orthotropic friction from its text.
+fn orthotropy(text: &str) -> Result<Orthotropy, String> {
+    let expected = || format!("`{text}`: expected RATIO:AXIS_DEG, as in 0.7:30");
+    let (ratio, axis_deg) = text.split_once(':').ok_or_else(expected)?;
+    let [ratio, axis_deg] = [ratio, axis_deg].map(|number| number.trim().parse::<f32>().map_err(|_| expected()));
+    Orthotropy::new(ratio?, axis_deg?).map_err(|e| match e {
+        Error::Range { index: 0, value, .. } => format!("ratio {value} is outside 0.1 to 10"),
+        _ => format!("the axis of `{text}` is outside -180 to 180 degrees"),
     })
 }
 
@@ -250,8 +274,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "{model_name}: a bed of springs supports the plane only; a pad supports other bodies"
         )));
     }
-    if args.relaxation.is_some() {
-        return Err(Failure::Input(anyhow!("{model_name}: --relaxation needs a pad; a bed of springs does not relax")));
+    if let Some(flag) = args.pad_flag() {
+        return Err(Failure::Input(anyhow!("{model_name}: {flag} needs a pad; a bed of springs does not have it")));
     }
     if let Some(log) = &args.observe.observe {
         return super::observe::run(&args.observe, log, &file, outputs, &args.out);
@@ -281,8 +305,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Why a path needs the pad that ships instead of the bed, if it does.
 fn needs_pad(args: &Args, bed: &File<'_>, path: &PlanePath) -> Option<String> {
-    if args.body.is_given() || args.relaxation.is_some() {
-        let flag = if args.body.is_given() { "--body" } else { "--relaxation" };
+    if let Some(flag) = args.body.is_given().then_some("--body").or(args.pad_flag()) {
         return Some(format!("{flag} requires a pad"));
     }
     let [pitch, roll] = bed.model.data().pose_deg;
@@ -345,6 +368,9 @@ fn on_pad(
     let mut pad = file.file().pad;
     if let Some(relaxation) = args.relaxation {
         pad = pad.with_relaxation(relaxation);
+    }
+    if let Some(orthotropy) = args.orthotropy {
+        pad = pad.with_orthotropy(orthotropy);
     }
     if *pad.relaxation() == Relaxation::HUMAN_ASSUMED {
         eprintln!(

@@ -155,6 +155,13 @@ impl Model {
                 "{file}: rigid_body: this command supports the plane only; `simulate` supports other bodies"
             )));
         }
+        let ratio = sections.0.friction.across_over_along;
+        if ratio != 1.0 {
+            return Err(Failure::Input(anyhow::anyhow!(
+                "friction.across_over_along = {ratio}: this command supports isotropic friction only (1); `simulate` and, with a \
+                 pad, `eval` support orthotropic friction"
+            )));
+        }
         Ok(sections)
     }
 

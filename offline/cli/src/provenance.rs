@@ -1,5 +1,6 @@
 //! Provenance of finite-element runs for reports: the settings, and whether the numerical errors stayed in bounds.
 
+use fingerpad_fe::contact::FrictionLaw;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{BoneKind, Finger, Trajectory};
 use fingerpad_report::{Check, FrictionConstants, MeshCounts, Provenance};
@@ -25,6 +26,7 @@ pub fn provenance(config: &Config, finger: &Finger, settings_hash: &str) -> Prov
             beta: law.beta,
             tau0_mpa: law.tau0_mpa,
             gamma_crit_mm: law.gamma_crit_mm,
+            across_over_along_and_skin_axis_deg: law.orthotropy().map(|o| [o.across_over_along, o.skin_axis_deg]),
         },
         ..Provenance::default()
     }

@@ -99,6 +99,12 @@ pub struct Args {
     /// Elastic slip at the strength, mm
     #[arg(long, value_name = "G")]
     gamma_crit_mm: Option<f64>,
+    /// Strength across an axis of the skin over the strength along it; 1 is isotropic friction
+    #[arg(long, value_name = "R")]
+    across_over_along: Option<f64>,
+    /// Angle of that axis from x towards y in the undeformed finger, degrees
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    skin_axis_deg: Option<f64>,
     /// Folder for ParaView files, two per row of the path, with a .pvd
     #[arg(long, value_name = "DIR")]
     vtu: Option<PathBuf>,
@@ -167,6 +173,8 @@ fn configuration(args: &Args) -> Result<Config, Failure> {
         ("beta", args.beta, &mut law.beta, f64::NEG_INFINITY),
         ("tau0-mpa", args.tau0_mpa, &mut law.tau0_mpa, 0.0),
         ("gamma-crit-mm", args.gamma_crit_mm, &mut law.gamma_crit_mm, f64::MIN_POSITIVE),
+        ("across-over-along", args.across_over_along, &mut law.across_over_along, f64::MIN_POSITIVE),
+        ("skin-axis-deg", args.skin_axis_deg, &mut law.skin_axis_deg, f64::NEG_INFINITY),
     ] {
         if let Some(value) = value {
             if !(value.is_finite() && value >= least) {

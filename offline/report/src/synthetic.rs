@@ -121,7 +121,13 @@ pub fn report(mesh: &Mesh, all_slip: bool) -> BuildReport {
                 free_dofs: 3 * mesh.nodes.len() - 421,
             },
             quality: vec![quantity("worst scaled Jacobian", 0.213, ""), quantity("volume of the skin", 812.4, "mm³")],
-            friction: FrictionConstants { lambda: 0.086, beta: 0.46, tau0_mpa: 0.0, gamma_crit_mm: 0.006 },
+            friction: FrictionConstants {
+                lambda: 0.086,
+                beta: 0.46,
+                tau0_mpa: 0.0,
+                gamma_crit_mm: 0.006,
+                ..Default::default()
+            },
             stages: vec![stage("mesh", 0.4, 0.4), stage("four depths", 61.2, 118.7), stage("report", 1.3, 1.3)],
         },
         depths: table.into_iter().map(depth).collect(),

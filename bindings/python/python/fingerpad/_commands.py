@@ -144,6 +144,8 @@ def simulate(
     beta: float | None = None,
     tau0_mpa: float | None = None,
     gamma_crit_mm: float | None = None,
+    across_over_along: float | None = None,
+    skin_axis_deg: float | None = None,
     body: Place | None = None,
     radius_mm: float | None = None,
     axis_deg: float | None = None,
@@ -160,7 +162,8 @@ def simulate(
     """Follows a path of a rigid body with the finite-element model; `fingerpad simulate`.
 
     path: columns t_s, depth_mm, slide_x_mm, slide_y_mm (or normal_force_n, friction_x_n, friction_y_n in their place), and
-    spin_deg, pitch_deg, roll_deg or moments if wanted. lambda_: factor of the friction law, MPa^(1-beta). body: plane, sphere,
+    spin_deg, pitch_deg, roll_deg or moments if wanted. lambda_: factor of the friction law, MPa^(1-beta). across_over_along: strength across an
+    axis of the skin over that along it; skin_axis_deg: angle of that axis from x. body: plane, sphere,
     cylinder, edge, groove or a file of heights; radius_mm: its radius, negative for a hollow sphere or cylinder; axis_deg: direction
     of its axis from x; angle_deg: angle between the faces of an edge or a groove. probe: columns x_mm, y_mm, and z_mm or
     below_skin_mm, of points of the tissue to read, or "papillae:0.7" for a grid 0.7 mm under the pad. reactions: keep forces and
@@ -183,6 +186,8 @@ def simulate(
         "beta": beta,
         "tau0_mpa": tau0_mpa,
         "gamma_crit_mm": gamma_crit_mm,
+        "across_over_along": across_over_along,
+        "skin_axis_deg": skin_axis_deg,
         "body": body,
         "radius_mm": radius_mm,
         "axis_deg": axis_deg,

@@ -1,5 +1,7 @@
 //! Friction laws of a contact point: strength over pressure, traction over elastic slip.
 
+use super::Orthotropy;
+
 /// Local friction law with elastic slip: the interface between a contact point and its friction.
 ///
 /// To add a law: implement this trait and add a variant to [`super::Friction`], the one place that distinguishes the
@@ -15,6 +17,9 @@ pub trait FrictionLaw {
     /// * `pressure_mpa`: pressure, compression positive.
     /// * `force_stick`: leaves the elastic slip unbounded (for a predictor).
     fn return_map(&self, trial_mm: [f64; 2], pressure_mpa: f64, force_stick: bool) -> Sliding;
+
+    /// Constants of orthotropic friction, of which strength and return map are those along the axis; none if it is isotropic.
+    fn orthotropy(&self) -> Option<Orthotropy>;
 }
 
 /// Result of a friction law for a trial slip.
@@ -34,6 +39,8 @@ pub struct Sliding {
     pub by_pressure: [f64; 2],
     /// Derivative of the traction over the turn of [`Self::turned`], MPa/rad.
     pub by_turn: [f64; 2],
+    /// Derivative of the traction over the angle of the skin's axis, MPa/rad; zero if friction is isotropic.
+    pub by_axis: [f64; 2],
 }
 
 impl Sliding {
@@ -46,6 +53,7 @@ impl Sliding {
         by_slip: [[0.0; 2]; 2],
         by_pressure: [0.0; 2],
         by_turn: [0.0; 2],
+        by_axis: [0.0; 2],
     };
 
     /// The result for a slip whose direction turned evenly over the increment, by `turn_rad` in all
@@ -107,6 +115,20 @@ pub struct RubberFriction {
     /// Pressure below which the power is regularised, MPa, > 0.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub regular_pressure_mpa: f64,
+    /// Strength across an axis of the skin over the strength along it, 0.1 to 10. 1 is isotropic friction.
+    #[serde(deserialize_with = "fingerpad_formats::units::positive", skip_serializing_if = "is_one")]
+    pub across_over_along: f64,
+    /// Angle of that axis from x towards y in the undeformed finger, degrees. The axis moves with the skin.
+    #[serde(deserialize_with = "fingerpad_formats::units::finite", skip_serializing_if = "is_zero")]
+    pub skin_axis_deg: f64,
+}
+
+// Isotropic friction is written as it was before it could be orthotropic.
+fn is_one(x: &f64) -> bool {
+    *x == 1.0
+}
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// Bounds of the exponent, the upper one excluded.
@@ -135,7 +157,15 @@ const AT_LIMIT: f64 = 1e-6;
 impl Default for RubberFriction {
     /// The constants published by Yoshida et al. 2011, regularised below 1e-4 MPa.
     fn default() -> Self {
-        Self { lambda: 0.086, beta: 0.46, tau0_mpa: 0.0, gamma_crit_mm: 0.006, regular_pressure_mpa: 1e-4 }
+        Self {
+            lambda: 0.086,
+            beta: 0.46,
+            tau0_mpa: 0.0,
+            gamma_crit_mm: 0.006,
+            regular_pressure_mpa: 1e-4,
+            across_over_along: 1.0,
+            skin_axis_deg: 0.0,
+        }
     }
 }
 
@@ -167,6 +197,12 @@ impl RubberFriction {
         }
         if !(self.regular_pressure_mpa > 0.0 && self.regular_pressure_mpa.is_finite()) {
             return refuse("regular_pressure_mpa", self.regular_pressure_mpa, "greater than 0");
+        }
+        if !(0.1..=10.0).contains(&self.across_over_along) {
+            return refuse("across_over_along", self.across_over_along, "0.1 to 10; 1 is isotropic friction");
+        }
+        if !self.skin_axis_deg.is_finite() {
+            return refuse("skin_axis_deg", self.skin_axis_deg, "a finite angle in degrees");
         }
         for (name, value, law) in [
             ("lambda", self.lambda, Self { tau0_mpa: 0.0, ..*self }),
@@ -250,7 +286,13 @@ impl FrictionLaw for RubberFriction {
             by_slip: self.slip_stiffness(trial_mm, tau_crit, stuck),
             by_pressure: elastic_slip.map(|g| g / self.gamma_crit_mm * slope),
             by_turn: [0.0; 2],
+            by_axis: [0.0; 2],
         }
+    }
+
+    fn orthotropy(&self) -> Option<Orthotropy> {
+        let Self { across_over_along, skin_axis_deg, .. } = *self;
+        (across_over_along != 1.0).then_some(Orthotropy { across_over_along, skin_axis_deg })
     }
 }
 
@@ -318,6 +360,9 @@ mod tests {
             (RubberFriction { beta: f64::NAN, ..base }, "beta = NaN:"),
             (RubberFriction { tau0_mpa: 3.0, ..base }, "tau0_mpa = 3:"),
             (RubberFriction { lambda: f64::INFINITY, ..base }, "lambda = inf:"),
+            (RubberFriction { across_over_along: 0.0, ..base }, "across_over_along = 0:"),
+            (RubberFriction { across_over_along: f64::NAN, ..base }, "across_over_along = NaN:"),
+            (RubberFriction { skin_axis_deg: f64::NAN, ..base }, "skin_axis_deg = NaN:"),
         ] {
             let message = law.check().unwrap_err().to_string();
             assert!(message.starts_with(what), "{message}");

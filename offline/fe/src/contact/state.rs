@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{FrictionLaw, Plane, RubberFriction, Sliding};
+use super::{FrictionLaw, Orthotropy, Plane, RubberFriction, Sliding};
 
 /// Enforcement of the non-penetration condition, and position of the edge of the contact.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -50,6 +50,13 @@ impl FrictionLaw for Friction {
         match self {
             Self::Off => Sliding::FRICTIONLESS,
             Self::On(law) => law.return_map(trial_mm, pressure_mpa, force_stick),
+        }
+    }
+
+    fn orthotropy(&self) -> Option<Orthotropy> {
+        match self {
+            Self::Off => None,
+            Self::On(law) => law.orthotropy(),
         }
     }
 }

@@ -23,6 +23,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::area::{Parts, reference_shares};
 use super::contour::Facet;
+use super::orthotropy::{LineElement, SkinAxis, line_elements};
 use super::plane::{Frame, SPIN, Twist};
 use super::{
     ContactState, FrictionLaw, NodeState, Outline, PenaltySettings, Plane, Reach, RigidBody, Sliding, Spot, Totals,
@@ -89,6 +90,7 @@ pub struct Surface {
     /// Negative pressure per gap, MPa/mm.
     pub(super) per_gap: Vec<f64>,
     pub(super) penalty: f64,
+    line_elements: Vec<LineElement>,
 }
 
 /// Treatment of the tangential forces in a search for equilibrium.
@@ -128,6 +130,8 @@ struct Touch {
     /// Elastic slip before the return map, mm.
     trial: [f64; 2],
     sliding: Sliding,
+    /// Axis of the skin, if friction is orthotropic.
+    axis: Option<SkinAxis>,
     /// Turn of the slip's direction in the increment, rad, over that about the body's axis z.
     turn_share: f64,
     /// Area on which the law acts, mm².
@@ -193,6 +197,7 @@ impl Surface {
             .map(|(&(sum, count), modulus)| settings.edge_constant * modulus / (sum / f64::from(count)).sqrt())
             .collect();
         Self {
+            line_elements: line_elements(&facets, &undeformed),
             nodes,
             facets,
             reach: Reach::of_plane(Outline::of_points(undeformed, pad.undeformed)),
@@ -274,7 +279,7 @@ impl Surface {
         let (mut sum, mut moment) = (Vector3::zeros(), Vector3::zeros());
         let increment = Increment::new(law, last, plane);
         for (node, x) in position.iter().enumerate() {
-            let Some(touch) = self.touch(&increment, node, &spots[node], areas[node], tangential) else { continue };
+            let Some(touch) = self.touch(&increment, node, &spots, areas[node], tangential) else { continue };
             let force = frame.to_finger(&touch.force());
             out.residual[node] = -force;
             sum += force;
@@ -282,6 +287,14 @@ impl Surface {
             if tangent {
                 let block = -frame.map_to_finger(&self.force_change(node, increment.turn_rad, &touch));
                 out.tangents.push(NodeTangent { node, by: node, block });
+                if let (Some(axis), Some(orthotropy)) = (&touch.axis, law.orthotropy()) {
+                    let by_axis = touch.along(touch.sliding.by_axis) * -touch.area;
+                    let turns = axis.turns(orthotropy, &self.line_elements[node], node, &touch.spot);
+                    out.tangents.extend(turns.map(|(by, turn)| {
+                        let block = frame.map_to_finger(&(by_axis * turn.transpose()));
+                        NodeTangent { node, by, block }
+                    }));
+                }
                 let by_spin = touch.along(touch.sliding.by_turn) * (touch.area * touch.turn_share);
                 out.by_spin.push((node, frame.to_finger(&by_spin)));
                 if let Some(per_area) = per_area.get_mut(node) {
@@ -346,7 +359,7 @@ impl Surface {
             let passed = passed - spot.normal * spot.normal.dot(&passed);
             let way = passed.norm();
             let direction = if way > LEAST_MOTION_MM { passed / way } else { before.direction };
-            let Some(touch) = self.touch(&increment, node, spot, areas[node], Tangential::Law) else {
+            let Some(touch) = self.touch(&increment, node, &spots, areas[node], Tangential::Law) else {
                 totals.leave(before, &last.point[node], &spot.point);
                 nodes[node].direction = direction;
                 continue;
@@ -436,7 +449,9 @@ impl Surface {
                 if !(stick_share > 0.0) {
                     return -SHEAR_EDGE * self.per_gap[k] * (node.slip_since_stick_mm - stick_limit_mm);
                 }
-                stick_share * (law.strength(node.pressure_mpa()).0 * reserve(law, node)).min(ratio * contact[k])
+                stick_share
+                    * (law.strength(node.pressure_mpa()).0 * reserve(law, node, self.axis(law, k, &spots).as_ref()))
+                        .min(ratio * contact[k])
             })
             .collect();
         self.face_areas(&spots, &level)
@@ -452,10 +467,11 @@ impl Surface {
         &self,
         increment: &Increment,
         node: usize,
-        spot: &Spot,
+        spots: &[Spot],
         area: f64,
         tangential: Tangential,
     ) -> Option<Touch> {
+        let spot = &spots[node];
         let Increment { law, last, turn_rad } = *increment;
         let normal_force = self.normal_force(node, spot.gap_mm, last);
         if !(normal_force > 0.0) {
@@ -468,6 +484,7 @@ impl Surface {
         let trial = tangents.map(|t| t.dot(&way));
         let pressure = if area > 0.0 { normal_force / area } else { 0.0 };
         let turn_share = spot.normal.z;
+        let axis = self.axis(law, node, spots);
         let sliding = match tangential {
             Tangential::Held => {
                 let force = before.tangential_force_n;
@@ -476,11 +493,20 @@ impl Surface {
             }
             _ => {
                 let sticks = tangential == Tangential::Stick && before.stuck;
-                law.return_map(trial, pressure, sticks).turned(trial, turn_rad * turn_share)
+                let turn_rad = turn_rad * turn_share;
+                match &axis {
+                    None => law.return_map(trial, pressure, sticks).turned(trial, turn_rad),
+                    Some(axis) => axis.return_map(law, trial, pressure, sticks, turn_rad),
+                }
             }
         };
         let off_surface = spot.normal.dot(&way);
-        Some(Touch { normal_force, spot: *spot, tangents, off_surface, trial, sliding, turn_share, area })
+        Some(Touch { normal_force, spot: *spot, tangents, off_surface, trial, sliding, axis, turn_share, area })
+    }
+
+    /// The axis of the skin at a node, if friction is orthotropic.
+    fn axis(&self, law: &dyn FrictionLaw, node: usize, spots: &[Spot]) -> Option<SkinAxis> {
+        law.orthotropy()?.axis(&self.line_elements[node], node, spots)
     }
 
     /// Derivative of a node's force over its place in the body's frame, N/mm.
@@ -504,24 +530,19 @@ impl Surface {
 
 /// The rest of a stuck node's strength along the plane's last motion, as a share of it: the further elastic slip in
 /// that direction up to the limit.
-fn reserve(law: &dyn FrictionLaw, node: &NodeState) -> f64 {
+fn reserve(law: &dyn FrictionLaw, node: &NodeState, axis: Option<&SkinAxis>) -> f64 {
     let strength = law.strength(node.pressure_mpa()).0 * node.area;
     if !(strength > 0.0) {
         return 1.0;
     }
     let used = node.tangential_force_n / strength;
-    if node.direction == Vector3::zeros() {
+    let [used, direction] = axis.map_or([used, node.direction], |axis| axis.scaled_use(&used, &node.direction));
+    if direction == Vector3::zeros() {
         return 1.0 - used.norm();
     }
-    let along = used.dot(&node.direction);
-    let across = (used - node.direction * along).norm_squared();
+    let along = used.dot(&direction);
+    let across = (used - direction * along).norm_squared();
     (1.0 - across).max(0.0).sqrt() - along
-}
-
-/// Force per elastic slip of a node, N/mm.
-fn slip_stiffness(node: &NodeState) -> f64 {
-    let square = node.elastic_slip.norm_squared();
-    if square > 0.0 { node.tangential_force_n.dot(&node.elastic_slip) / square } else { 0.0 }
 }
 
 impl Totals {
@@ -529,7 +550,7 @@ impl Totals {
     /// `from` `to`.
     fn leave(&mut self, before: &NodeState, from: &Vector3<f64>, to: &Vector3<f64>) {
         let end = before.elastic_slip + from - to;
-        self.elastic_energy_by_pressure -= 0.5 * slip_stiffness(before) * before.elastic_slip.dot(&end);
+        self.elastic_energy_by_pressure -= 0.5 * before.tangential_force_n.dot(&end);
     }
 
     /// Adds the energies of a node whose plastic slip in the increment was `plastic`, mm.
@@ -538,8 +559,8 @@ impl Totals {
     fn add(&mut self, before: &NodeState, new: &NodeState, plastic: &Vector3<f64>) {
         self.dissipation += 0.5 * (before.tangential_force_n + new.tangential_force_n).dot(plastic);
         self.elastic_energy += 0.5 * new.tangential_force_n.dot(&new.elastic_slip);
-        self.elastic_energy_by_pressure +=
-            0.5 * (slip_stiffness(new) - slip_stiffness(before)) * before.elastic_slip.dot(&new.elastic_slip);
+        let by_old = new.tangential_force_n.dot(&before.elastic_slip);
+        self.elastic_energy_by_pressure += 0.5 * (by_old - before.tangential_force_n.dot(&new.elastic_slip));
         self.min_dissipation_mj = self.min_dissipation_mj.min(new.tangential_force_n.dot(plastic));
     }
 }

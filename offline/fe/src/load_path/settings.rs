@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Cost, HalfFinger, Model, Observed, Path, Response, Trajectory};
 use crate::assembly::Body;
-use crate::contact::{Outline, PenaltySettings, RigidBody, RubberFriction};
+use crate::contact::{FrictionLaw, Outline, PenaltySettings, RigidBody, RubberFriction};
 use crate::solve::{PadFaces, SolveError, SolverSettings};
 
 /// Sizes of the increments.
@@ -93,9 +93,11 @@ impl<'a> Problem<'a> {
         if path.is_symmetric() { self.symmetric_model() } else { self.whole_model() }
     }
 
-    /// Model for states that are symmetric about y = 0: the half, if there is one and the rigid body is symmetric too.
+    /// Model for states that are symmetric about y = 0: the half, if there is one, the rigid body is symmetric too and friction is
+    /// isotropic.
     pub fn symmetric_model(&self) -> Model<'a> {
-        match self.half.filter(|_| self.rigid_body.is_symmetric()) {
+        let is_isotropic = self.friction.is_none_or(|law| law.orthotropy().is_none());
+        match self.half.filter(|_| self.rigid_body.is_symmetric() && is_isotropic) {
             Some(half) => Model { body: &half.body, pad_faces: (&half.mesh.mesh).into(), half: Some(half) },
             None => self.whole_model(),
         }

@@ -39,6 +39,11 @@ fn rubber() -> Friction {
     Friction::On(RubberFriction { lambda: 0.3, tau0_mpa: 0.002, gamma_crit_mm: 0.05, ..RubberFriction::default() })
 }
 
+fn orthotropic(across_over_along: f64, skin_axis_deg: f64) -> RubberFriction {
+    let base = RubberFriction { lambda: 0.3, tau0_mpa: 0.002, gamma_crit_mm: 0.05, ..RubberFriction::default() };
+    RubberFriction { across_over_along, skin_axis_deg, ..base }
+}
+
 const POSES: [Coordinates; 3] = [[0.0; 6], [0.2, -0.1, 0.3, 0.0, 0.0, 0.0], [0.2, -0.1, 0.3, 0.7, 0.3, -0.2]];
 
 #[test]
@@ -136,8 +141,11 @@ fn a_plane_that_spins_turns_the_finger_along() {
 
 #[test]
 fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure() {
+    [rubber(), Friction::On(orthotropic(1.8, 30.0))].iter().for_each(work_of_tangential_forces);
+}
+
+fn work_of_tangential_forces(law: &Friction) {
     let surface = patch();
-    let law = rubber();
     let plane = Plane::new(POSES[2]);
     let start = over(&surface, &plane, -0.004, |n, k| 0.008 * scatter(n, k));
     let mut state = surface.initial_state(&start, plane);
@@ -151,7 +159,7 @@ fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure(
         let plane = state.plane.moved_to(to);
         let place = over(&surface, &plane, -0.004, |n, k| 0.02 * scatter(n + 40 * step, k));
         let areas = surface.areas(&state, &place, &plane);
-        let (next, totals) = surface.commit(&law, &state, &areas, &place, plane);
+        let (next, totals) = surface.commit(law, &state, &areas, &place, plane);
         let mut work = 0.0;
         for n in 0..25 {
             let (a, b) = (&state.nodes[n], &next.nodes[n]);
@@ -166,7 +174,7 @@ fn the_work_of_the_tangential_forces_is_stored_dissipated_or_put_in_by_pressure(
         // A node that comes into contact has no earlier elastic slip: its first displacement is elastic slip as a
         // whole.
         assert!(balance.abs() < 1e-12, "step {step}: {balance:e} of {work:e}");
-        assert!(totals.min_dissipation_mj >= 0.0);
+        assert!(totals.min_dissipation_mj >= 0.0, "step {step}: {:e} mJ", totals.min_dissipation_mj);
         (stored, dissipated) = (totals.elastic_energy, dissipated + totals.dissipation);
         state = next;
     }
@@ -204,7 +212,8 @@ fn derivatives_on_curved_bodies_are_those_of_the_forces() {
     let stick = Friction::On(RubberFriction { gamma_crit_mm: 10.0, ..RubberFriction::default() });
     let slip = Friction::On(RubberFriction { gamma_crit_mm: 1e-4, ..RubberFriction::default() });
     for body in curved() {
-        for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both")] {
+        let orthotropic = Friction::On(orthotropic(0.6, 35.0));
+        for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both"), (orthotropic, "orthotropic")] {
             let areas = vec![0.9; 25];
             for (pose, parts) in
                 POSES.into_iter().flat_map(|pose| [(pose, Parts::Held(&areas)), (pose, Parts::Followed)])
@@ -275,7 +284,9 @@ fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
     let surface = patch();
     let stick = Friction::On(RubberFriction { gamma_crit_mm: 10.0, ..RubberFriction::default() });
     let slip = Friction::On(RubberFriction { gamma_crit_mm: 1e-4, ..RubberFriction::default() });
-    for (law, name) in [(stick, "stick"), (slip, "slip"), (rubber(), "both"), (Friction::Off, "no friction")] {
+    let orthotropic = Friction::On(orthotropic(1.7, -50.0));
+    let laws = [(stick, "stick"), (slip, "slip"), (rubber(), "both"), (orthotropic, "orthotropic")];
+    for (law, name) in laws.into_iter().chain([(Friction::Off, "no friction")]) {
         let held = vec![0.9; 25];
         for (pose, parts) in POSES.into_iter().flat_map(|pose| [(pose, Parts::Held(&held)), (pose, Parts::Followed)]) {
             let name = format!("{name}, {parts:?}");
@@ -331,5 +342,105 @@ fn derivatives_over_nodes_and_plane_are_those_of_the_forces() {
                 compare(&format!("node {by}"), &numeric, &column);
             }
         }
+    }
+}
+
+/// The block on a plane: while it slides along `v`, the traction is `D² v / |D v|` times the strength, D = diag(1, r) along and
+/// across the axis. It is on the ellipse, and its slip is normal to it. The axis turns with the skin.
+#[test]
+fn an_orthotropic_block_slides_at_the_ellipse_along_its_normal() {
+    let surface = patch();
+    for ((ratio, axis_deg), at) in
+        [(0.5, 0.0), (0.7, 30.0), (1.8, -65.0)].into_iter().flat_map(|o| POSES.map(|at| (o, at)))
+    {
+        let constants = orthotropic(ratio, axis_deg);
+        let law = Friction::On(constants);
+        let plane = Plane::new(at);
+        let pressed = over(&surface, &plane, -0.01, |_, _| 0.0);
+        let start = surface.initial_state(&pressed, plane);
+        let areas = surface.areas(&start, &pressed, &plane);
+        let (held, _) = surface.commit(&law, &start, &areas, &pressed, plane);
+        let strength = 16.0 * law.strength(0.02).0;
+        // The patch lies on the plane turned by its spin.
+        let turned = axis_deg.to_radians() + at[3];
+        for direction in (0..24).map(|k| f64::from(k) * 15f64.to_radians() + 0.01) {
+            let v = [direction.cos(), direction.sin()];
+            let (along, across) = ((direction - turned).cos(), (direction - turned).sin());
+            let slide = |way: f64| {
+                let mut to = at;
+                (to[0], to[1]) = (to[0] + way * v[0], to[1] + way * v[1]);
+                surface.commit(&law, &held, &areas, &pressed, plane.moved_to(to)).1
+            };
+            let scaled = along.hypot(ratio * across);
+            let axes = |force: Vector3<f64>| {
+                let (sin, cos) = turned.sin_cos();
+                [force.x * cos + force.y * sin, force.y * cos - force.x * sin].map(|f| f / strength)
+            };
+            // Within the elastic slip the work is stored, and after it all further work is dissipated.
+            let limit = constants.gamma_crit_mm / scaled;
+            let (stick, slip) = (slide(0.9 * limit), slide(limit + 2.0));
+            assert!(stick.stuck_area == stick.area && slip.stuck_area == 0.0, "{stick:?} {slip:?}");
+            let wanted = [along / scaled, ratio * ratio * across / scaled];
+            for (share, found) in [(0.9, axes(stick.force)), (1.0, axes(slip.force))] {
+                assert!(
+                    (0..2).all(|k| (found[k] - share * wanted[k]).abs() < 1e-9),
+                    "{ratio} {direction}: {found:?} {wanted:?}"
+                );
+            }
+            assert!((wanted[0].hypot(wanted[1] / ratio) - 1.0).abs() < 1e-12);
+            let work = 0.5 * strength * scaled * 2.0;
+            assert!((slip.dissipation - work).abs() < 1e-9 * work, "{} {work}", slip.dissipation);
+            assert!((stick.elastic_energy - 0.5 * 0.81 * strength * constants.gamma_crit_mm).abs() < 1e-12);
+            // The axis is the skin's: a plane that spins under it takes no part of it along.
+            let (mut state, mut to, mut last) = (held.clone(), at, slip);
+            for [way, spin] in [[0.0, 0.8], [20.0, 0.0], [20.0, 0.0], [20.0, 0.0]] {
+                to = [to[0] + way * v[0], to[1] + way * v[1], to[2], to[3] + spin, to[4], to[5]];
+                (state, last) = surface.commit(&law, &state, &areas, &pressed, state.plane.moved_to(to));
+            }
+            assert!((0..2).all(|k| (axes(last.force)[k] - wanted[k]).abs() < 1e-5), "{ratio} {direction}: {last:?}");
+        }
+    }
+}
+
+/// On random and closed paths, with the skin moving at random too, no node's friction yields work, none is outside its ellipse, and
+/// turning body, skin and motion together only turns the forces.
+#[test]
+fn orthotropic_friction_dissipates_on_every_path_and_turns_with_the_finger() {
+    let surface = patch();
+    let law = Friction::On(orthotropic(0.4, 20.0));
+    let turn = 0.9;
+    let run = |spin: f64| {
+        let at = |x: f64, y: f64, more: f64| {
+            [x * spin.cos() - y * spin.sin(), x * spin.sin() + y * spin.cos(), 0.3, spin + more, 0.0, 0.0]
+        };
+        let mut plane = Plane::new(at(0.0, 0.0, 0.0));
+        let height = |n: usize, k: usize| 0.004 * scatter(n, k);
+        let turned = |noise: &dyn Fn(usize, usize) -> f64| over(&surface, &Plane::new(at(0.0, 0.0, 0.0)), -0.02, noise);
+        let mut state = surface.initial_state(&turned(&height), plane);
+        let mut forces = Vec::new();
+        for step in 0..60 {
+            let [x, y, more] = if step % 20 == 19 { [0.0; 3] } else { [0, 1, 2].map(|k| 0.1 * scatter(step + 50, k)) };
+            plane = plane.moved_to(at(x, y, more));
+            let place = turned(&|n, k| height(n, k) + if k < 2 { 0.02 * scatter(n + step, k) } else { 0.0 });
+            let areas = vec![0.9; 25];
+            let (next, totals) = surface.commit(&law, &state, &areas, &place, plane);
+            assert!(totals.min_dissipation_mj >= -1e-15, "step {step}: {} mJ", totals.min_dissipation_mj);
+            for node in next.nodes.iter().filter(|node| node.normal_force_n > 0.0) {
+                let used = node.tangential_force_n.norm() / (law.strength(node.pressure_mpa()).0 * node.area);
+                assert!(used < 1.0 + 1e-12 && (node.stuck || used > 0.4 - 1e-6), "step {step}: {used}");
+            }
+            state = next;
+            let f = totals.force;
+            forces.push([
+                f.x * spin.cos() + f.y * spin.sin(),
+                f.y * spin.cos() - f.x * spin.sin(),
+                f.z,
+                totals.dissipation,
+            ]);
+        }
+        forces
+    };
+    for (still, turned) in run(0.0).iter().zip(run(turn)) {
+        assert!(still.iter().zip(turned).all(|(a, b)| (a - b).abs() < 1e-9), "{still:?} {turned:?}");
     }
 }
