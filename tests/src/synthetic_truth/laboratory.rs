@@ -29,8 +29,8 @@ impl Default for Scatter {
     }
 }
 
-/// Noise of a laboratory.
-#[derive(Clone, Debug)]
+/// Noise of a laboratory; `Default` has none.
+#[derive(Clone, Debug, Default)]
 pub struct Noise {
     /// Row noise, N.
     pub additive_n: f64,
@@ -71,11 +71,7 @@ impl Noise {
             depth_mm: random.between(0.005, 0.015),
             offset_n: random.between(0.001, 0.004),
             hydration_au: 2.0,
-            outlier_runs: 0.0,
-            tremor_mm: 0.0,
-            backlash_mm: 0.0,
-            cross_talk: 0.0,
-            walk_n: 0.0,
+            ..Self::default()
         }
     }
 

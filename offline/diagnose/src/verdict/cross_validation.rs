@@ -4,6 +4,7 @@ use fingerpad_smooth::{Parameters, ReferenceCurves};
 
 use crate::data::runs::RunSet;
 use crate::model::active_law::ActiveLaw;
+use crate::model::prediction::Perturbation;
 use crate::model::random_effects::PerEffect;
 use crate::model::residual_sums::ResidualSums;
 use crate::schema::CrossValidationError;
@@ -74,6 +75,43 @@ pub fn on_file(
     let before = squares(&task, &task.predict(&null.parameters, &null.laws));
     let after = squares(&task, &task.predict(&full.parameters, &full.laws));
     error_of("file", set.runs.len(), [calibrated, before, after], floor)
+}
+
+/// The residual on a held-out file over the noise floor, worst channel, without the laws of a family and with one factor on the strength of
+/// all runs, which is fitted to them: what these laws made of the strength there is not known.
+///
+/// `variances`: as in [`on_file`]
+pub fn ratio_with_free_strength(
+    set: &RunSet,
+    reference: &ReferenceCurves,
+    calibration: &Calibration,
+    variances: &PerEffect,
+    full: &Fit,
+    family: &str,
+) -> f64 {
+    /// Gauss–Newton steps, and the share of the strength by which its derivative is taken.
+    const STEPS: usize = 4;
+    const SHARE: f64 = 1e-3;
+    let task = calibration.task(set, reference);
+    let model = reference.model(&full.parameters);
+    let laws: Vec<ActiveLaw> = full.laws.iter().filter(|active| active.law.family != family).cloned().collect();
+    let at = |strength: f64| {
+        task.inputs(&laws, &Vec::new(), Perturbation { strength, ..Perturbation::default() }).predict_n(&model)
+    };
+    let mut strength = 1.0;
+    for _ in 0..STEPS {
+        let (now, after) = (at(strength), at((1.0 + SHARE) * strength));
+        let (mut gradient, mut information) = (0.0, 0.0);
+        for (i, reading) in task.readings_n.iter().enumerate().filter(|(_, reading)| !reading.is_nan()) {
+            let slope = (after[i] - now[i]) / (SHARE * strength * task.sigma_n[i]);
+            gradient += slope * (reading - now[i]) / task.sigma_n[i];
+            information += slope * slope;
+        }
+        strength = (strength + gradient / information.max(1e-300)).clamp(0.5 * strength, 2.0 * strength);
+    }
+    let mut floor = ResidualSums::default();
+    floor.add(noise_floor_n(&task, &full.parameters, &laws, variances).into_iter());
+    worst(&squares(&task, &at(strength)).rms(), &floor.rms())
 }
 
 /// The error by leaving out every fifth run in turn; each fold is fitted without the runs that it predicts.

@@ -13,6 +13,9 @@ use crate::verdict::redecision::{Outcome, Redecision};
 /// Fewest runs with which a set is decided.
 const FEWEST_RUNS: usize = 5;
 
+/// Most rows of a run in these decisions, which are many. They are compared with one another alone.
+const ROWS: usize = 80;
+
 /// Decides the measured set without each of `groups` groups of its runs, on `threads` threads. Each run is in one group; the
 /// groups are drawn by the seed of the diagnosis, so that no regular protocol loses a condition at once. `None` where fewer
 /// than two groups can be left out.
@@ -35,7 +38,11 @@ pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(
                     if group > groups {
                         break;
                     }
-                    let outcome = again.outcome(&set.subset(|run| group_of[run] != group));
+                    let mut part = set.subset(|run| group_of[run] != group);
+                    part.runs.iter_mut().for_each(|run| {
+                        run.thin(ROWS);
+                    });
+                    let outcome = again.outcome(&part);
                     done.lock().expect("no thread panics with it").push((group, outcome));
                     tick();
                 }
