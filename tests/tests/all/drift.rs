@@ -81,10 +81,7 @@ fn a_drift_is_tested_by_runs_of_its_session_alone() {
             }
             // Only held-out runs of the session may speak of its drift.
             let says = found.cautions.iter().any(|caution| caution.kind == "clock");
-            assert_eq!(
-                says,
-                found.verdict.is_claim() && names.contains(&"strength_drift") && holdout != Holdout::Interleaved
-            );
+            assert!(!right || per_hour == 0.0 || says == (holdout != Holdout::Interleaved), "{holdout:?} {seed}");
             if right && per_hour != 0.0 && holdout == Holdout::Interleaved {
                 assert!(after < before, "{seed}: {before} to {after}");
             }

@@ -7,6 +7,7 @@ use fingerpad_smooth::ReferenceCurves;
 use crate::data::lag::with_lag;
 use crate::data::runs::{Run, RunSet};
 use crate::error::DiagnoseError;
+use crate::laws::find;
 use crate::schema::{Caution, CrossValidationError, Verdict};
 use crate::statistics::calibration::Calibration;
 use crate::verdict::calibrated::Calibrated;
@@ -61,14 +62,14 @@ impl Concluded {
             }
         };
         let holdout = error.or_refused();
-        let drifts = decision.selection.accepted().iter().any(|active| active.law.family == SESSION);
+        let drift = find(DRIFT).expect("a law of the library");
+        let drifts = decision.selection.accepted().iter().any(|active| active.law.family == drift.family);
         let untested =
             held_out.as_ref().filter(|held| claimed.is_claim() && drifts && !shares_clock(held, decision.set));
         let verdict = match untested {
-            Some(held) if holdout.ratio_after > LARGEST_GAP => bounded_by_gap(
-                claimed,
-                ratio_with_free_strength(held, reference, &calibration, variances, full, SESSION),
-            ),
+            Some(held) if holdout.ratio_after > LARGEST_GAP => {
+                bounded_by_gap(claimed, ratio_with_free_strength(held, reference, &calibration, variances, full, drift))
+            }
             _ => bounded_by_gap(claimed, holdout.ratio_after),
         };
         cautions.extend(untested.map(|_| Caution {
@@ -76,7 +77,7 @@ impl Concluded {
             role: "holdout".into(),
             column: "t_s".into(),
             text: "The held-out runs cannot test what drifts over the clock: they do not lie within the session of the measured runs. The other \
-                   laws were tested with the strength left free. Hold out runs from between the measured ones."
+                   laws were tested with level and drift of the strength left free. Hold out runs from between the measured ones."
                 .into(),
         }));
         let taken_back = verdict != claimed;
@@ -85,8 +86,8 @@ impl Concluded {
     }
 }
 
-/// Family of the laws of strength over the clock of a session.
-const SESSION: &str = "strength_drift";
+/// Law of a strength that drifts evenly over the clock of a session; its family has the other laws of that.
+const DRIFT: &str = "strength_drift";
 
 /// Share of a session by which held-out runs may lie outside it.
 const BEYOND: f64 = 0.1;

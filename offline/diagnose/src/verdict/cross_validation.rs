@@ -1,8 +1,10 @@
 //! Error on runs that no fit saw: root mean square of the residual before and after the effects, beside the noise floor.
 
 use fingerpad_smooth::{Parameters, ReferenceCurves};
+use nalgebra::{Matrix2, Vector2};
 
 use crate::data::runs::RunSet;
+use crate::laws::Law;
 use crate::model::active_law::ActiveLaw;
 use crate::model::prediction::Perturbation;
 use crate::model::random_effects::PerEffect;
@@ -77,41 +79,52 @@ pub fn on_file(
     error_of("file", set.runs.len(), [calibrated, before, after], floor)
 }
 
-/// The residual on a held-out file over the noise floor, worst channel, without the laws of a family and with one factor on the strength of
-/// all runs, which is fitted to them: what these laws made of the strength there is not known.
+/// The residual on a held-out file over the noise floor, worst channel, where level and drift of its strength are fitted to it in place of the
+/// laws of a family: what these laws made of the strength in another session is not known.
 ///
-/// `variances`: as in [`on_file`]
+/// * `variances`: as in [`on_file`]
+/// * `drift`: the law of a drift that is even in time
 pub fn ratio_with_free_strength(
     set: &RunSet,
     reference: &ReferenceCurves,
     calibration: &Calibration,
     variances: &PerEffect,
     full: &Fit,
-    family: &str,
+    drift: &'static Law,
 ) -> f64 {
-    /// Gauss–Newton steps, and the share of the strength by which its derivative is taken.
-    const STEPS: usize = 4;
-    const SHARE: f64 = 1e-3;
+    /// Gauss–Newton steps, and the changes of level and drift by which derivatives are taken.
+    const STEPS: usize = 6;
+    const CHANGES: [f64; 2] = [1e-3, 1e-3];
     let task = calibration.task(set, reference);
     let model = reference.model(&full.parameters);
-    let laws: Vec<ActiveLaw> = full.laws.iter().filter(|active| active.law.family != family).cloned().collect();
-    let at = |strength: f64| {
-        task.inputs(&laws, &Vec::new(), Perturbation { strength, ..Perturbation::default() }).predict_n(&model)
+    let others: Vec<ActiveLaw> = full.laws.iter().filter(|active| active.law.family != drift.family).cloned().collect();
+    let at = |[level, per_hour]: [f64; 2]| {
+        let mut laws = others.clone();
+        laws.push(ActiveLaw { law: drift, values: vec![per_hour] });
+        let perturbation = Perturbation { strength: level.exp(), ..Perturbation::default() };
+        task.inputs(&laws, &Vec::new(), perturbation).predict_n(&model)
     };
-    let mut strength = 1.0;
+    let mut point = [0.0; 2];
     for _ in 0..STEPS {
-        let (now, after) = (at(strength), at((1.0 + SHARE) * strength));
-        let (mut gradient, mut information) = (0.0, 0.0);
+        let now = at(point);
+        let moved = |k: usize| {
+            let mut to = point;
+            to[k] += CHANGES[k];
+            task.difference_column(&at(to), &now, CHANGES[k])
+        };
+        let columns = [moved(0), moved(1)];
+        let (mut gradient, mut information) = (Vector2::zeros(), Matrix2::identity() * 1e-12);
         for (i, reading) in task.readings_n.iter().enumerate().filter(|(_, reading)| !reading.is_nan()) {
-            let slope = (after[i] - now[i]) / (SHARE * strength * task.sigma_n[i]);
-            gradient += slope * (reading - now[i]) / task.sigma_n[i];
-            information += slope * slope;
+            let slope = Vector2::new(columns[0][i], columns[1][i]);
+            gradient += slope * ((reading - now[i]) / task.sigma_n[i]);
+            information += slope * slope.transpose();
         }
-        strength = (strength + gradient / information.max(1e-300)).clamp(0.5 * strength, 2.0 * strength);
+        let step = information.try_inverse().map_or_else(Vector2::zeros, |inverse| inverse * gradient);
+        point = [point[0] + step[0].clamp(-0.5, 0.5), point[1] + step[1].clamp(-1.0, 1.0)];
     }
     let mut floor = ResidualSums::default();
-    floor.add(noise_floor_n(&task, &full.parameters, &laws, variances).into_iter());
-    worst(&squares(&task, &at(strength)).rms(), &floor.rms())
+    floor.add(noise_floor_n(&task, &full.parameters, &others, variances).into_iter());
+    worst(&squares(&task, &at(point)).rms(), &floor.rms())
 }
 
 /// The error by leaving out every fifth run in turn; each fold is fitted without the runs that it predicts.
