@@ -39,5 +39,5 @@ pub fn replay_stroke<const M: usize, const N: usize>(
         (depth, t_s) = (sample.depth_mm, sample.t_s);
         out.extend(effects.reading_under(&response, &contact, &sample.surroundings).map(f64::from));
     }
-    stroke.filter(&mut out[from..]);
+    Stroke::filter(&stroke.low_pass(), &mut out[from..]);
 }

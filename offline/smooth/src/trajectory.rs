@@ -51,21 +51,28 @@ pub struct Stroke {
 }
 
 impl Stroke {
+    /// For each step of the samples, how much of a change before it and of a ramp within it has come through the low-pass of the sensor at
+    /// its end; empty without a low-pass.
+    pub fn low_pass(&self) -> Vec<[f64; 2]> {
+        if !(self.time_constant_s > 0.0) {
+            return Vec::new();
+        }
+        let shares = |pair: &[Sample]| {
+            let over = ((pair[1].t_s - pair[0].t_s) / self.time_constant_s).max(1e-9);
+            let arrived = -(-over).exp_m1();
+            [arrived, 1.0 - arrived / over]
+        };
+        self.samples.windows(2).map(shares).collect()
+    }
+
     /// Passes readings, three per sample, through the low-pass of the sensor: exact if the force between two samples is
     /// linear in time. The filter starts settled.
-    pub fn filter(&self, readings: &mut [f64]) {
-        if !(self.time_constant_s > 0.0) {
-            return;
-        }
+    ///
+    /// * `shares`: those of the low-pass
+    pub fn filter(shares: &[[f64; 2]], readings: &mut [f64]) {
         let Some(first) = readings.first_chunk::<3>() else { return };
         let (mut before, mut filtered) = (*first, *first);
-        let times = self.samples.iter().map(|s| s.t_s);
-        let steps_s = times.clone().skip(1).zip(times).map(|(now, last)| now - last);
-        for (reading, step_s) in readings.chunks_exact_mut(3).skip(1).zip(steps_s) {
-            let over = (step_s / self.time_constant_s).max(1e-9);
-            // 1 - exp(-over), and the share of a ramp that has arrived.
-            let arrived = -(-over).exp_m1();
-            let of_ramp = 1.0 - arrived / over;
+        for (reading, [arrived, of_ramp]) in readings.chunks_exact_mut(3).skip(1).zip(shares) {
             for k in 0..3 {
                 let now = reading[k];
                 filtered[k] += arrived * (before[k] - filtered[k]) + of_ramp * (now - before[k]);
@@ -181,6 +188,8 @@ impl Lane<'_> {
 /// each other mostly share their depths.
 pub struct Trajectories {
     strokes: Arc<[Stroke]>,
+    /// Number of samples and low-pass of each stroke.
+    low_passes: Arc<[(usize, Vec<[f64; 2]>)]>,
     own: Arc<BatchedTrajectory>,
     /// Depths of all samples, mm, and the trajectory there.
     moved: Mutex<Option<(Vec<f64>, Arc<BatchedTrajectory>)>>,
@@ -191,12 +200,13 @@ impl Trajectories {
     pub fn new(strokes: Vec<Stroke>) -> Self {
         let depth_mm: Vec<f64> = strokes.iter().flat_map(|s| &s.samples).map(|s| s.depth_mm).collect();
         let own = Arc::new(BatchedTrajectory::at_depths(&strokes, &depth_mm));
-        Self { strokes: strokes.into(), own, moved: Mutex::new(None) }
+        let low_passes = strokes.iter().map(|s| (s.samples.len(), s.low_pass())).collect();
+        Self { strokes: strokes.into(), low_passes, own, moved: Mutex::new(None) }
     }
 
-    /// The strokes.
-    pub(crate) fn strokes(&self) -> Arc<[Stroke]> {
-        self.strokes.clone()
+    /// Number of samples and low-pass of each stroke.
+    pub(crate) fn low_passes(&self) -> Arc<[(usize, Vec<[f64; 2]>)]> {
+        self.low_passes.clone()
     }
 
     /// The trajectory at the depths after the changes, one a sample, stroke by stroke.

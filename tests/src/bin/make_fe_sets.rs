@@ -88,8 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         depth_mm: 0.008 * args.noise,
         offset_n: 0.002 * args.noise,
         hydration_au: 2.0 * args.noise,
-        outlier_runs: 0.0,
-        tremor_mm: 0.0,
+        ..Noise::default()
     };
     let jobs = SHAPES.len() + args.sets.min(HIDDEN.len());
     let (next, cpu_s) = (AtomicUsize::new(0), Mutex::new(0.0));

@@ -126,6 +126,7 @@ impl Effect {
                 to.cross[0] += a;
                 to.cross[1] += a * b;
             }
+            "strength_drift" => strength += a * at.moment.t_s / 3600.0,
             "stiffness_drift" => stiffness += a * at.moment.t_s / 3600.0,
             "subject_size" => stiffness *= (p.width_mm / 16.0).powf(a),
             "strain_stiffening" if at.moment.depth_mm > 0.0 => stiffness *= (a * (at.moment.depth_mm - 0.8)).exp(),

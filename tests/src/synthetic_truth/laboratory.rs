@@ -29,8 +29,8 @@ impl Default for Scatter {
     }
 }
 
-/// Noise of a laboratory.
-#[derive(Clone, Debug)]
+/// Noise of a laboratory; `Default` has none.
+#[derive(Clone, Debug, Default)]
 pub struct Noise {
     /// Row noise, N.
     pub additive_n: f64,
@@ -48,6 +48,12 @@ pub struct Noise {
     pub outlier_runs: f64,
     /// Root mean square of a tremor of the depth that the file does not have, mm.
     pub tremor_mm: f64,
+    /// Play of the plate's drive, which the file does not have, mm.
+    pub backlash_mm: f64,
+    /// Share of each force that the sensor reads in each other channel.
+    pub cross_talk: f64,
+    /// Standard deviation of the change of each offset from run to run, N.
+    pub walk_n: f64,
 }
 
 /// Scatter of an outlier run over that of the others.
@@ -65,8 +71,7 @@ impl Noise {
             depth_mm: random.between(0.005, 0.015),
             offset_n: random.between(0.001, 0.004),
             hydration_au: 2.0,
-            outlier_runs: 0.0,
-            tremor_mm: 0.0,
+            ..Self::default()
         }
     }
 
@@ -82,7 +87,8 @@ impl Noise {
         }
     }
 
-    /// The stroke as the finger makes it: its depth trembles by two sines, and the file has the depth without them.
+    /// The stroke as the finger makes it: its depth trembles by two sines, and the plate follows the drive with its play. The file has both
+    /// without.
     pub fn trembling(&self, stroke: &Stroke, random: &mut Random) -> Stroke {
         let mut out = stroke.clone();
         if self.tremor_mm > 0.0 {
@@ -93,7 +99,20 @@ impl Noise {
                 row.depth_mm = (row.depth_mm + self.tremor_mm * tremor).max(LEAST_CONTACT_MM);
             }
         }
+        let mut plate = [0.0f64; 2];
+        for row in &mut out.rows {
+            for (at, drive) in plate.iter_mut().zip(&mut row.slide_mm) {
+                *at = at.clamp(*drive - 0.5 * self.backlash_mm, *drive + 0.5 * self.backlash_mm);
+                *drive = *at;
+            }
+        }
         out
+    }
+
+    /// What the sensor makes of the forces on it: a share of each is read in the others, with the signs of one sensor.
+    pub fn mixed(&self, [n, x, y]: [f64; 3]) -> [f64; 3] {
+        let share = self.cross_talk;
+        [n + share * (x - 0.6 * y), x + share * (n + 0.4 * y), y + share * (-0.8 * n + 0.5 * x)]
     }
 
     /// A reading with row noise.

@@ -1,12 +1,13 @@
-//! Measured sets with a hidden effect, from three simulators that share no code and no form with the diagnosis nor with each
+//! Measured sets with a hidden effect, from four simulators that share no code and no form with the diagnosis nor with each
 //! other.
 //!
 //! Main types: [`finger::Finger`] (bristles on a bulk, under a pressure that moves with depth),
 //! [`half_space_finger::HalfSpaceFinger`] (elastic half-space, elliptic contact, friction linear in pressure),
-//! [`brush_finger::BrushFinger`] (bristles that age and relax),
+//! [`brush_finger::BrushFinger`] (bristles that age and relax), [`continuum_finger::ContinuumFinger`] (cells with coupled pressures),
 //! [`effects::Effect`], [`protocol::Plan`], [`sets::Case`] (truth and data), [`oracle`] (what a perfect analyst could separate).
 
 pub mod brush_finger;
+pub mod continuum_finger;
 pub mod csv;
 pub mod effects;
 pub mod fe;

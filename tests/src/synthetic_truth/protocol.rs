@@ -261,7 +261,9 @@ const CLOSE_MM: f64 = 0.04;
 
 /// The strokes of [`strokes`] at close rows, read at a constant rate. The logger's clock does not depend on the corners of the motion, so
 /// that a turn lies between two of its rows.
-pub fn logged_strokes(plans: &[Plan], rate_hz: f64, random: &mut Random) -> Vec<Logged> {
+///
+/// * `lifts`: whether a run goes on until the finger has left the plate, as fast as it was pressed
+pub fn logged_strokes(plans: &[Plan], rate_hz: f64, lifts: bool, random: &mut Random) -> Vec<Logged> {
     strokes(plans, 30)
         .iter()
         .map(|corners| {
@@ -272,9 +274,11 @@ pub fn logged_strokes(plans: &[Plan], rate_hz: f64, random: &mut Random) -> Vec<
             let held = touch + plan.depth_mm / 2.0;
             let slides = held + plan.dwell_s;
             let turn = slides + plan.length_mm / plan.speed_mm_s;
-            let end = slides + if plan.reverse { 1.5 } else { 1.0 } * plan.length_mm / plan.speed_mm_s;
+            let stops = slides + if plan.reverse { 1.5 } else { 1.0 } * plan.length_mm / plan.speed_mm_s;
+            let end = if lifts { stops + 0.5 * plan.depth_mm + 0.1 } else { stops };
             let close = (CLOSE_MM / plan.speed_mm_s).min(CLOSE_MM / 2.0);
-            let mut times: Vec<(f64, bool)> = [from_s, touch, held, slides, turn, end].map(|t| (t, false)).into();
+            let mut times: Vec<(f64, bool)> =
+                [from_s, touch, held, slides, turn, stops, end].map(|t| (t, false)).into();
             times.extend((1..((end - from_s) / close) as usize).map(|k| (from_s + close * k as f64, false)));
             let phase = random.unit();
             let count = ((end - from_s) * rate_hz - phase) as usize;
@@ -290,8 +294,9 @@ pub fn logged_strokes(plans: &[Plan], rate_hz: f64, random: &mut Random) -> Vec<
             let occluded = corners.rows[0].occlusion_s;
             let (sin, cos) = plan.direction.sin_cos();
             let row = |t_s: f64| {
-                let depth_mm = (2.0 * (t_s - touch)).clamp(-0.2, plan.depth_mm);
-                let way = ((t_s - slides) * plan.speed_mm_s).max(0.0);
+                let lifted = (2.0 * (t_s - stops)).max(0.0);
+                let depth_mm = (2.0 * (t_s - touch)).clamp(-0.2, plan.depth_mm) - lifted;
+                let way = ((t_s.min(stops) - slides) * plan.speed_mm_s).max(0.0);
                 let place = if way > plan.length_mm { 2.0 * plan.length_mm - way } else { way };
                 let contact_s = t_s - touch;
                 let slide_mm = [place * cos, place * sin];

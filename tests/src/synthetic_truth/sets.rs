@@ -287,7 +287,7 @@ fn measure_at(
     name: &str,
     dropped: Option<Column>,
 ) -> RunSet {
-    let logged = protocol::logged_strokes(plans, rate.rate_hz, random);
+    let logged = protocol::logged_strokes(plans, rate.rate_hz, rate.lifts, random);
     let (strokes, read): (Vec<Stroke>, Vec<Vec<usize>>) = logged.into_iter().map(|l| (l.stroke, l.read)).unzip();
     let mut runs = written(&strokes, noise, random, name, dropped, &mut |stroke, scatter| {
         let times: Vec<f64> = stroke.rows.iter().map(|row| row.t_s).collect();
@@ -327,11 +327,16 @@ fn written(
     readings: &mut dyn FnMut(&Stroke, &Scatter) -> Vec<[f64; 3]>,
 ) -> Vec<(Labels, Vec<RawRow>)> {
     let keep = |column: Column, value: f64| if dropped == Some(column) { f64::NAN } else { value };
+    let mut walk_n = [0.0; 3];
     strokes
         .iter()
         .enumerate()
         .map(|(i, stroke)| {
-            let scatter = noise.run(random);
+            let mut scatter = noise.run(random);
+            if noise.walk_n > 0.0 {
+                walk_n.iter_mut().for_each(|at| *at += noise.walk_n * random.normal());
+                scatter.offset_n.iter_mut().zip(walk_n).for_each(|(offset, at)| *offset += at);
+            }
             let readings = readings(&noise.trembling(stroke, random), &scatter);
             let hydration = stroke.plan.hydration_au + noise.hydration_au * random.normal();
             let rows: Vec<RawRow> = stroke
@@ -344,7 +349,7 @@ fn written(
                     t_s: row.t_s,
                     depth_mm: row.depth_mm,
                     slide_mm: row.slide_mm,
-                    force_n: noise.row(reading, random),
+                    force_n: noise.row(noise.mixed(reading), random),
                     contact_time_s: row.contact_s,
                     speed_mm_s: f64::NAN,
                     direction_deg: f64::NAN,

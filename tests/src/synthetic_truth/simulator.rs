@@ -5,6 +5,7 @@
 
 use super::Random;
 use super::brush_finger::BrushFinger;
+use super::continuum_finger::ContinuumFinger;
 use super::effects::{Effect, Influence};
 use super::finger::Finger;
 use super::half_space_finger::HalfSpaceFinger;
@@ -126,6 +127,8 @@ pub enum SimulatorKind {
     Second,
     /// A brush of bristles that ages, relaxes and has a weak law of speed in every file.
     Third,
+    /// A grid of cells with coupled pressures on a tissue that relaxes in every file.
+    Fourth,
 }
 
 impl SimulatorKind {
@@ -138,6 +141,7 @@ impl SimulatorKind {
             Self::First => Box::new(Finger::random(random)),
             Self::Second => Box::new(HalfSpaceFinger::random(random)),
             Self::Third => Box::new(BrushFinger::random(random)),
+            Self::Fourth => Box::new(ContinuumFinger::random(random)),
         }
     }
 }

@@ -187,7 +187,7 @@ fn under_changing_voltage(case: &Case, seed: u64, law: &str, size: f64) -> RunSe
     let mut random = Random::new(seed ^ 0xE1EC);
     let rate = case.protocol.rate(seed, false).expect("a constant rate");
     let plans: Vec<_> = case.strokes.iter().map(|s| s.plan.clone()).collect();
-    let logged = logged_strokes(&plans, rate.rate_hz, &mut random);
+    let logged = logged_strokes(&plans, rate.rate_hz, rate.lifts, &mut random);
     let (strokes, read): (Vec<Stroke>, Vec<_>) = logged.into_iter().map(|l| (l.stroke, l.read)).unzip();
     let phases: Vec<f64> = strokes.iter().map(|_| TAU * random.unit()).collect();
     let omega = TAU / 3.0;

@@ -5,6 +5,7 @@ mod add_an_effect;
 mod cad;
 mod cases;
 mod diagnose;
+mod drift;
 mod experiments;
 mod false_alarms;
 mod fast_against_finite_elements;

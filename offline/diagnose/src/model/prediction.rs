@@ -2,6 +2,8 @@
 //!
 //! Main type: [`Perturbation`]; main functions: [`strokes_of`], [`changes`], [`predict_runs`].
 
+use std::sync::{Arc, Mutex};
+
 use fingerpad::Surroundings;
 use fingerpad_smooth::{ModelChange, Sample, SimulationInputs, SmoothModel, Stroke, Trajectories};
 
@@ -68,12 +70,46 @@ pub fn strokes_of(runs: &[Run]) -> Vec<Stroke> {
     runs.iter().map(stroke_of).collect()
 }
 
-/// The change of the model in one row with the laws on top of another change.
-fn with_laws(laws: &[ActiveLaw], row: &Row, mut change: ModelChange) -> ModelChange {
-    for active in laws {
-        active.law.apply(&active.values, row, &mut change);
+/// The changes of the model by one law, in every row of the runs.
+type ChangesByLaw = Arc<Vec<ModelChange>>;
+
+/// Changes by single laws, as they were computed last: of the laws in force most predictions move one.
+#[derive(Default)]
+pub struct KnownChanges(Mutex<Vec<(ActiveLaw, ChangesByLaw)>>);
+
+impl KnownChanges {
+    /// Laws whose changes are kept.
+    const MOST: usize = 6;
+
+    fn of(&self, runs: &[Run], active: &ActiveLaw) -> ChangesByLaw {
+        let mut known = self.0.lock().expect("no thread panics with it");
+        let place = known.iter().position(|(k, _)| std::ptr::eq(k.law, active.law) && k.values == active.values);
+        let (active, changes) = place.map_or_else(
+            || {
+                let mut out = vec![ModelChange::default(); runs.iter().map(|r| r.rows.len()).sum()];
+                let rows = runs.iter().flat_map(|run| &run.rows);
+                rows.zip(&mut out).for_each(|(row, change)| active.law.apply(&active.values, row, change));
+                (active.clone(), Arc::new(out))
+            },
+            |place| known.remove(place),
+        );
+        known.push((active, changes.clone()));
+        let oldest = known.len().saturating_sub(Self::MOST);
+        known.drain(..oldest);
+        changes
     }
-    change
+}
+
+/// Puts one change on top of another: factors multiply, all else adds up, as laws do it themselves.
+fn put_on(change: &mut ModelChange, by: &ModelChange) {
+    change.strength *= by.strength;
+    change.stiffness *= by.stiffness;
+    change.depth_mm += by.depth_mm;
+    (0..3).for_each(|k| change.reading_n[k] += by.reading_n[k]);
+    (0..2).for_each(|k| change.cross[k] += by.cross[k]);
+    change.gain += by.gain;
+    change.drag_n += by.drag_n;
+    change.adhesion_n += by.adhesion_n;
 }
 
 /// Changes of the model in every row, run by run: by a perturbation, by the run's random effects, and by laws.
@@ -82,7 +118,9 @@ pub fn changes(
     laws: &[ActiveLaw],
     random_effects: &RandomEffects,
     perturbation: Perturbation,
+    known: &KnownChanges,
 ) -> Vec<ModelChange> {
+    let by_laws: Vec<ChangesByLaw> = laws.iter().map(|active| known.of(runs, active)).collect();
     let mut out = Vec::with_capacity(runs.iter().map(|r| r.rows.len()).sum());
     for (i, run) in runs.iter().enumerate() {
         let own = random_effects.get(i).copied().unwrap_or_default();
@@ -92,7 +130,10 @@ pub fn changes(
             depth_mm: perturbation.depth_mm + own[RandomEffect::DepthZero.index()],
             ..ModelChange::default()
         };
-        out.extend(run.rows.iter().map(|row| with_laws(laws, row, uniform)));
+        out.resize(out.len() + run.rows.len(), uniform);
+    }
+    for by_law in &by_laws {
+        out.iter_mut().zip(&**by_law).for_each(|(change, by)| put_on(change, by));
     }
     out
 }
@@ -100,6 +141,6 @@ pub fn changes(
 /// Predicted readings of runs under laws and without random effects, three a row, N: normal, x, y.
 pub fn predict_runs(model: &SmoothModel, runs: &[Run], laws: &[ActiveLaw]) -> Vec<f64> {
     let strokes = strokes_of(runs);
-    let changes = changes(runs, laws, &RandomEffects::new(), Perturbation::default());
+    let changes = changes(runs, laws, &RandomEffects::new(), Perturbation::default(), &KnownChanges::default());
     SimulationInputs::new(&Trajectories::new(strokes), changes).predict_n(model)
 }

@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use fingerpad_smooth::{Parameter, Parameters};
 
+use crate::laws::Place;
 use crate::model::active_law::{ActiveLaw, is_log, set_fitted, to_fitted};
 use crate::model::prediction::Perturbation;
 use crate::model::random_effects::{PerEffect, RandomEffects};
@@ -115,6 +116,13 @@ impl Task<'_> {
     ) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         let mut moved = laws.to_vec();
+        let model = self.reference.model(parameters);
+        let of_readings = |active: &ActiveLaw| matches!(active.law.place, Place::Reading | Place::Drag | Place::Rim);
+        // What acts on the readings alone leaves the elements as they are.
+        let history = laws
+            .iter()
+            .any(of_readings)
+            .then(|| self.inputs(laws, random_effects, Perturbation::default()).element_history(&model));
         for (i, active) in laws.iter().enumerate() {
             for k in 0..active.values.len() {
                 let q = to_fitted(active, k);
@@ -128,11 +136,12 @@ impl Task<'_> {
                     step = -step;
                     set_fitted(&mut moved[i], k, q + step);
                 }
-                columns.push(self.difference_column(
-                    &self.predict_at(parameters, &moved, random_effects),
-                    prediction,
-                    step,
-                ));
+                let inputs = self.inputs(&moved, random_effects, Perturbation::default());
+                let after = match &history {
+                    Some(history) if of_readings(active) => inputs.readings_n(&model, history),
+                    _ => inputs.predict_n(&model),
+                };
+                columns.push(self.difference_column(&after, prediction, step));
                 moved[i] = active.clone();
             }
         }

@@ -52,10 +52,14 @@ fn tile(a: [&[f64]; TILE], b: [&[f64]; TILE]) -> [[f64; TILE]; TILE] {
     let (a, b) = (a.map(|c| &c[..n]), b.map(|c| &c[..n]));
     let mut sums = [[f64x8::ZERO; TILE]; TILE];
     for at in (0..n & !7).step_by(8) {
-        let y = b.map(|c| eight(&c[at..at + 8]));
-        for (sums, x) in sums.iter_mut().zip(a.map(|c| eight(&c[at..at + 8]))) {
-            for (sum, y) in sums.iter_mut().zip(y) {
-                *sum = x.mul_add(y, *sum);
+        let mut y = [f64x8::ZERO; TILE];
+        for (y, b) in y.iter_mut().zip(&b) {
+            *y = eight(&b[at..at + 8]);
+        }
+        for (sums, a) in sums.iter_mut().zip(&a) {
+            let x = eight(&a[at..at + 8]);
+            for (sum, y) in sums.iter_mut().zip(&y) {
+                *sum = x.mul_add(*y, *sum);
             }
         }
     }

@@ -7,7 +7,7 @@ use fingerpad_smooth::{Parameters, ReferenceCurves, SimulationInputs, Trajectori
 use crate::data::runs::{Run, RunSet};
 use crate::model::active_law::{ActiveLaw, weak_prior};
 use crate::model::finger_law::FingerLaw;
-use crate::model::prediction::{Perturbation, changes, predict_runs, strokes_of};
+use crate::model::prediction::{KnownChanges, Perturbation, changes, predict_runs, strokes_of};
 use crate::model::prior::Prior;
 use crate::model::random_effects::{PerEffect, RandomEffects};
 use crate::model::row_noise::{RowNoise, correlated_sigma_of};
@@ -46,6 +46,7 @@ pub struct Task<'a> {
     /// Readings, three per row, N; NaN where one is left out.
     pub readings_n: Vec<f64>,
     trajectories: Trajectories,
+    known_changes: KnownChanges,
 }
 
 impl<'a> Task<'a> {
@@ -73,6 +74,7 @@ impl<'a> Task<'a> {
             layout: Layout::of(runs.iter().map(|r| r.rows.len())),
             readings_n,
             trajectories: Trajectories::new(strokes_of(runs)),
+            known_changes: KnownChanges::default(),
         }
     }
 
@@ -115,7 +117,7 @@ impl<'a> Task<'a> {
         random_effects: &RandomEffects,
         perturbation: Perturbation,
     ) -> SimulationInputs {
-        let changes = changes(self.runs, laws, random_effects, perturbation);
+        let changes = changes(self.runs, laws, random_effects, perturbation, &self.known_changes);
         SimulationInputs::new(&self.trajectories, changes)
     }
 

@@ -5,12 +5,13 @@
 use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::lag::with_lag;
-use crate::data::runs::RunSet;
+use crate::data::runs::{Run, RunSet};
 use crate::error::DiagnoseError;
+use crate::laws::find;
 use crate::schema::{Caution, CrossValidationError, Verdict};
 use crate::statistics::calibration::Calibration;
 use crate::verdict::calibrated::Calibrated;
-use crate::verdict::cross_validation::{by_folds, on_file};
+use crate::verdict::cross_validation::{by_folds, on_file, ratio_with_free_strength};
 use crate::verdict::selected::Selected;
 
 /// What is claimed, and how well runs that no fit saw are predicted with it.
@@ -61,16 +62,22 @@ impl Concluded {
             }
         };
         let holdout = error.or_refused();
-        let accepted = decision.selection.accepted();
-        let restarts = held_out.as_ref().is_some_and(|held| clocks_overlap(held, decision.set))
-            && accepted.iter().any(|active| active.law.family == SESSION);
-        let verdict = if restarts { claimed } else { bounded_by_gap(claimed, holdout.ratio_after) };
-        cautions.extend((restarts && claimed.is_claim()).then(|| Caution {
+        let drift = find(DRIFT).expect("a law of the library");
+        let drifts = decision.selection.accepted().iter().any(|active| active.law.family == drift.family);
+        let untested =
+            held_out.as_ref().filter(|held| claimed.is_claim() && drifts && !shares_clock(held, decision.set));
+        let verdict = match untested {
+            Some(held) if holdout.ratio_after > LARGEST_GAP => {
+                bounded_by_gap(claimed, ratio_with_free_strength(held, reference, &calibration, variances, full, drift))
+            }
+            _ => bounded_by_gap(claimed, holdout.ratio_after),
+        };
+        cautions.extend(untested.map(|_| Caution {
             kind: "clock".into(),
             role: "holdout".into(),
             column: "t_s".into(),
-            text: "The held-out runs are of another session, whose clock starts again: what drifts over the clock is the same there only if its \
-                   cause starts again too. Their gap takes no name back."
+            text: "The held-out runs cannot test what drifts over the clock: they do not lie within the session of the measured runs. The other \
+                   laws were tested with level and drift of the strength left free. Hold out runs from between the measured ones."
                 .into(),
         }));
         let taken_back = verdict != claimed;
@@ -79,16 +86,27 @@ impl Concluded {
     }
 }
 
-/// Family of the laws of strength over the clock of a session.
-const SESSION: &str = "strength_drift";
+/// Law of a strength that drifts evenly over the clock of a session; its family has the other laws of that.
+const DRIFT: &str = "strength_drift";
 
-/// Whether two sets have readings at one time.
-fn clocks_overlap(a: &RunSet, b: &RunSet) -> bool {
-    let [a, b] = [a, b].map(|set| {
-        let times = || set.runs.iter().flat_map(|run| &run.rows).map(|row| row.t_s);
-        [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)]
-    });
-    a[0] < b[1] && b[0] < a[1]
+/// Share of a session by which held-out runs may lie outside it.
+const BEYOND: f64 = 0.1;
+
+/// Whether held-out runs lie within the session of the measured runs. A finger makes one run at a time, so that runs at the same time are of
+/// two sessions.
+fn shares_clock(held: &RunSet, measured: &RunSet) -> bool {
+    let spans = |set: &RunSet| -> Vec<[f64; 2]> {
+        let ends = |run: &Run| [run.rows[0].t_s, run.rows[run.rows.len() - 1].t_s];
+        set.runs.iter().map(ends).collect()
+    };
+    let (held, measured) = (spans(held), spans(measured));
+    let from = measured.iter().map(|span| span[0]).fold(f64::INFINITY, f64::min);
+    let to = measured.iter().map(|span| span[1]).fold(f64::NEG_INFINITY, f64::max);
+    let margin = BEYOND * (to - from);
+    held.iter().all(|own| {
+        let at_once = |other: &[f64; 2]| own[0] < other[1] && other[0] < own[1];
+        own[0] > from - margin && own[1] < to + margin && !measured.iter().any(at_once)
+    })
 }
 
 /// Residual on runs that no fit saw, in noise floors, up to which the laws that were found count as the explanation.

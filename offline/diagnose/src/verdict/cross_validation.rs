@@ -1,9 +1,12 @@
 //! Error on runs that no fit saw: root mean square of the residual before and after the effects, beside the noise floor.
 
 use fingerpad_smooth::{Parameters, ReferenceCurves};
+use nalgebra::{Matrix2, Vector2};
 
 use crate::data::runs::RunSet;
+use crate::laws::Law;
 use crate::model::active_law::ActiveLaw;
+use crate::model::prediction::Perturbation;
 use crate::model::random_effects::PerEffect;
 use crate::model::residual_sums::ResidualSums;
 use crate::schema::CrossValidationError;
@@ -74,6 +77,54 @@ pub fn on_file(
     let before = squares(&task, &task.predict(&null.parameters, &null.laws));
     let after = squares(&task, &task.predict(&full.parameters, &full.laws));
     error_of("file", set.runs.len(), [calibrated, before, after], floor)
+}
+
+/// The residual on a held-out file over the noise floor, worst channel, where level and drift of its strength are fitted to it in place of the
+/// laws of a family: what these laws made of the strength in another session is not known.
+///
+/// * `variances`: as in [`on_file`]
+/// * `drift`: the law of a drift that is even in time
+pub fn ratio_with_free_strength(
+    set: &RunSet,
+    reference: &ReferenceCurves,
+    calibration: &Calibration,
+    variances: &PerEffect,
+    full: &Fit,
+    drift: &'static Law,
+) -> f64 {
+    /// Gauss–Newton steps, and the changes of level and drift by which derivatives are taken.
+    const STEPS: usize = 6;
+    const CHANGES: [f64; 2] = [1e-3, 1e-3];
+    let task = calibration.task(set, reference);
+    let model = reference.model(&full.parameters);
+    let others: Vec<ActiveLaw> = full.laws.iter().filter(|active| active.law.family != drift.family).cloned().collect();
+    let at = |[level, per_hour]: [f64; 2]| {
+        let mut laws = others.clone();
+        laws.push(ActiveLaw { law: drift, values: vec![per_hour] });
+        let perturbation = Perturbation { strength: level.exp(), ..Perturbation::default() };
+        task.inputs(&laws, &Vec::new(), perturbation).predict_n(&model)
+    };
+    let mut point = [0.0; 2];
+    for _ in 0..STEPS {
+        let now = at(point);
+        let moved = |k: usize| {
+            let mut to = point;
+            to[k] += CHANGES[k];
+            task.difference_column(&at(to), &now, CHANGES[k])
+        };
+        let columns = [moved(0), moved(1)];
+        let (mut gradient, mut information) = (Vector2::zeros(), Matrix2::identity() * 1e-12);
+        for (i, reading) in task.readings_n.iter().enumerate().filter(|(_, reading)| !reading.is_nan()) {
+            let slope = Vector2::new(columns[0][i], columns[1][i]);
+            gradient += slope * ((reading - now[i]) / task.sigma_n[i]);
+            information += slope * slope.transpose();
+        }
+        let step = information.try_inverse().map_or_else(Vector2::zeros, |inverse| inverse * gradient);
+        point = [point[0] + step[0].clamp(-0.5, 0.5), point[1] + step[1].clamp(-1.0, 1.0)];
+    }
+    let mut floor = ResidualSums::default();
+    floor.add(noise_floor_n(&task, &full.parameters, &others, variances).into_iter());
+    worst(&squares(&task, &at(point)).rms(), &floor.rms())
 }
 
 /// The error by leaving out every fifth run in turn; each fold is fitted without the runs that it predicts.

@@ -14,6 +14,9 @@ use crate::verdict::redecision::{Outcome, Redecision};
 /// Fewest runs with which a set is decided.
 const FEWEST_RUNS: usize = 5;
 
+/// Most rows of a run in these decisions, which are many. They are compared with one another alone.
+const ROWS: usize = 80;
+
 /// Decides the measured set without each of `groups` groups of its runs, on `threads` threads. Each run is in one group; the
 /// groups are drawn by the seed of the diagnosis, so that no regular protocol loses a condition at once. `None` where fewer
 /// than two groups can be left out.
@@ -27,7 +30,11 @@ pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(
     let group_of = grouping(runs, groups, again.basis.settings.seed);
     // The last one is the set as it is.
     let outcomes = in_threads(0..=groups, threads.clamp(1, groups + 1), |group| {
-        let outcome = again.outcome(&set.subset(|run| group_of[run] != group));
+        let mut part = set.subset(|run| group_of[run] != group);
+        part.runs.iter_mut().for_each(|run| {
+            run.thin(ROWS);
+        });
+        let outcome = again.outcome(&part);
         tick();
         Ok::<_, Infallible>(outcome)
     });

@@ -29,8 +29,8 @@ pub struct SimulationInputs {
     factors: Vec<[f64x8; 2]>,
     /// Whether any change adds to the readings beside the model.
     acts_on_readings: bool,
-    /// The strokes, whose sensor filters the readings.
-    strokes: Arc<[Stroke]>,
+    /// Number of samples and low-pass of each stroke.
+    low_passes: Arc<[(usize, Vec<[f64; 2]>)]>,
 }
 
 /// State of the elements at each batched sample: their mean force along x and y over the strength, and the strength, N.
@@ -52,7 +52,7 @@ impl SimulationInputs {
         };
         let factors = trajectory.samples.iter().map(lanes).collect();
         let acts_on_readings = changes.iter().any(ModelChange::reads);
-        Self { trajectory, changes, factors, acts_on_readings, strokes: trajectories.strokes() }
+        Self { trajectory, changes, factors, acts_on_readings, low_passes: trajectories.low_passes() }
     }
 
     /// Whether a parameter moves the elements; the others act on the readings alone, and a history can be used again.
@@ -117,9 +117,9 @@ impl SimulationInputs {
             }
         }
         let mut left = &mut out[..];
-        for stroke in self.strokes.iter() {
-            let own = left.split_off_mut(..3 * stroke.samples.len()).expect("three readings a sample");
-            stroke.filter(own);
+        for (samples, shares) in self.low_passes.iter() {
+            let own = left.split_off_mut(..3 * samples).expect("three readings a sample");
+            Stroke::filter(shares, own);
         }
         out
     }

@@ -76,6 +76,8 @@ enum Simulators {
     Second,
     /// A brush of bristles that ages, relaxes and has a weak law of speed in all files, those of the calibration too
     Third,
+    /// A grid of cells with coupled pressures on a tissue that relaxes in all files; `--protocol instrument` goes with it
+    Fourth,
     /// The first and the second, one after the other
     Both,
 }
@@ -86,6 +88,7 @@ impl Simulators {
             Self::First => &SimulatorKind::ALL[..1],
             Self::Second => &SimulatorKind::ALL[1..],
             Self::Third => &[SimulatorKind::Third],
+            Self::Fourth => &[SimulatorKind::Fourth],
             Self::Both => &SimulatorKind::ALL,
         }
     }
@@ -111,8 +114,8 @@ fn wanted(args: &Args) -> Vec<ScoreSet> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args = Args::parse();
-    if args.score && args.simulator == Simulators::Third {
-        return Err("--score has sets of --simulator first, second or both; third has none".into());
+    if args.score && matches!(args.simulator, Simulators::Third | Simulators::Fourth) {
+        return Err("--score has sets of --simulator first, second or both; third and fourth have none".into());
     }
     let wanted = wanted(&args);
     if let Some(sets) = args.power {
