@@ -44,7 +44,7 @@ LEAST_N, MOST_N, AIM = 0.15, 1.2, 0.4
 
 
 def hand():
-    """The hand without its meshes: rigid tips make way for pads, whose sites have the axes of the bone."""
+    """The hand without its meshes: rigid tips make way for pads, whose sites have the axes of the bone. What is seen are the geoms of collisions."""
     import mujoco_menagerie
 
     spec = mujoco_menagerie.get("leap_hand").spec("right_hand")
@@ -56,7 +56,10 @@ def hand():
         # The tip curls towards -x of its body and points along -y. The dome of 9 mm is first touched 30 degrees in front of its middle.
         middle = [0, -0.052, -0.0145] if finger == "th" else [0, -0.042, 0.0145]
         at = np.array(middle) - 0.009 * np.array([np.cos(np.pi / 6), np.sin(np.pi / 6), 0])
+        spec.body(f"{finger}_ds").add_geom(name=f"{finger}_dome", size=[0.009, 0, 0], pos=middle, mass=0, contype=0, conaffinity=0)
         spec.body(f"{finger}_ds").add_site(name=f"{finger}_pad", pos=at, quat=[0.5, -0.5, 0.5, -0.5])
+    for geom in spec.geoms:
+        geom.material, geom.rgba = "", [0.75, 0.75, 0.78, 1]
     return spec
 
 
@@ -68,6 +71,7 @@ def scene(name, timestep=0.002):
     world = mujoco.MjSpec.from_string(f"""<mujoco>
       <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="100"/>
       {plugin}
+      <asset><texture type="skybox" builtin="flat" rgb1="1 1 1" rgb2="1 1 1" width="8" height="48"/></asset>
       <worldbody>
         <light pos="0.2 -0.4 0.6" dir="-0.3 0.6 -0.8"/>
         {rails}
@@ -236,7 +240,7 @@ def picture(path, name="bottle", size=(400, 400), every_s=0.05):
 
     frames, renderers = [], []
     camera = mujoco.MjvCamera()
-    camera.distance, camera.azimuth, camera.elevation, camera.lookat[:] = 0.45, 150, -12, (0.0, 0.0, 0.09)
+    camera.distance, camera.azimuth, camera.elevation, camera.lookat[:] = 0.42, 35, -12, (0.0, 0.0, 0.09)
 
     def watch(model, data, contacts):
         if data.time < len(frames) * every_s:
@@ -244,7 +248,7 @@ def picture(path, name="bottle", size=(400, 400), every_s=0.05):
         renderers[:] = renderers or [mujoco.Renderer(model, size[1], size[0])]
         for finger, contact in contacts.items():
             margin = contact["slip_margin"]
-            model.geom(f"leap_{finger}_pad_bone").rgba = (1 - margin, margin, 0, 1) if contact["regime"] else (0.9, 0.9, 0.9, 1)
+            model.geom(f"leap_{finger}_dome").rgba = (1 - margin, margin, 0, 1) if contact["regime"] else (0.9, 0.9, 0.9, 1)
         renderers[0].update_scene(data, camera)
         frames.append(Image.fromarray(renderers[0].render()))
 
