@@ -190,7 +190,8 @@ def run(name, control, timestep=0.002, pull_m=np.inf, watch=None):
     contacts, has_slipped = read(), False
     while data.time < HOLD_S + min(pull_m, 0.08) / PULL_M_S:
         grasp.command(data, contacts, control(contacts, timestep), timestep)
-        lift = LIFT_M * np.clip((data.time - CLOSE_S) / (LIFT_S - CLOSE_S), 0, 1)
+        share = np.clip((data.time - CLOSE_S) / (LIFT_S - CLOSE_S), 0, 1)
+        lift = LIFT_M * share**2 * (3 - 2 * share)
         data.ctrl[model.actuator("lift").id] = lift
         data.mocap_pos[0] = hook + [0, 0, lift - PULL_M_S * max(0.0, data.time - HOLD_S)]
         if watch:
@@ -240,7 +241,7 @@ def picture(path, name="bottle", size=(400, 400), every_s=0.05):
 
     frames, renderers = [], []
     camera = mujoco.MjvCamera()
-    camera.distance, camera.azimuth, camera.elevation, camera.lookat[:] = 0.42, 35, -12, (0.0, 0.0, 0.09)
+    camera.distance, camera.azimuth, camera.elevation, camera.lookat[:] = 0.4, 65, -14, (0.0, 0.0, 0.09)
 
     def watch(model, data, contacts):
         if data.time < len(frames) * every_s:

@@ -22,9 +22,9 @@ def test_a_hand_lifts_an_object_and_lets_it_slip(name, timestep):
     # Two seconds of closing, lifting and holding: the margin stays. Then a string pulls until the object is lost.
     assert min(seen["margin"][: round(0.8 / timestep)]) > 0.2 and seen["lost"] and seen["pull_n"] > 3, seen
     assert seen["is_finite"] and seen["warnings"] == 0 and seen["speed_m_s"] < 0.5, seen
-    # Whatever slips has a small margin. At 4 ms the pen is squeezed out within a few steps, between two looks at the margin.
-    if (name, timestep) != ("pen", 0.004):
-        assert 0 <= seen["margin_at_slip"] <= 0.1, seen
+    # Whatever slips has a small margin. At 4 ms the pen is squeezed out within a few steps, between two looks at the margin (0.12 to 0.33).
+    most = 0.4 if (name, timestep) == ("pen", 0.004) else 0.1
+    assert 0 <= seen["margin_at_slip"] <= most, seen
 
 
 @pytest.mark.nightly
