@@ -69,7 +69,7 @@ impl Contact {
             [0, 1].map(|c| (place[c] as f64 - 0.5 * (CELLS[c] - 1) as f64) * SIDE_MM[c])
         };
         let gap = |i: usize| {
-            let ([x, y], raised) = (at(i), (i / CELLS[0]) % 2 == 0);
+            let ([x, y], raised) = (at(i), (i / CELLS[0]).is_multiple_of(2));
             let round = x * x / shape.radius_mm[0] + y * y / shape.radius_mm[1];
             0.5 * round + if raised { 0.0 } else { shape.ridge_mm }
         };
