@@ -129,11 +129,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             if args.check {
                 return runs::check(&config, &settings, folder, share);
             }
+            runs::check_paths(&config, &reduce::design(&settings)?)?;
+            if !args.estimate {
+                outputs().folder("--runs", folder, &[]).prepare()?;
+            }
             announce(&config, &settings, folder, args.jobs)?;
             if args.estimate {
                 return Ok(());
             }
-            outputs().folder("--runs", folder, &[]).prepare()?;
             runs::run(&config, &settings, folder, share, args.jobs)?;
             if args.task.is_some() {
                 return Ok(());
@@ -172,13 +175,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a design that this finger cannot follow, and prints its size and an estimate of its time, from the time of its first press on
-/// this machine.
+/// Prints the size of a design and an estimate of its time, from the time of its lightest press on this machine.
 ///
 /// * `folder`: of the runs
 fn announce(config: &Config, settings: &DesignSettings, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
     let experiments = reduce::design(settings)?;
-    runs::check_paths(config, &experiments)?;
     let batches = reduce::batches(&experiments);
     let press = batches
         .iter()

@@ -61,7 +61,6 @@ pub fn run(
     jobs: Option<usize>,
 ) -> Result<(), Failure> {
     let design = reduce::design(settings)?;
-    check_paths(config, &design)?;
     let place = Place { folder, hash: reduce::settings_hash(config)? };
     fs::create_dir_all(folder).with_context(|| folder.display().to_string()).map_err(Failure::Input)?;
     let mut queue = reduce::share(&reduce::batches(&design), share.index, share.of);
