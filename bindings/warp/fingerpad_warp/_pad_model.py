@@ -41,6 +41,8 @@ class Pad:
         envelope = Envelope(data)
         if b"RELX" in envelope:
             raise ModelError("section RELX is not understood: this package follows no tissue that relaxes")
+        if b"ORTH" in envelope:
+            raise ModelError("section ORTH is not understood: this package has no friction that depends on the direction")
         if b"PADN" not in envelope and b"DATA" in envelope:
             raise ModelError("the file holds a bed of springs, not a pad: read it with Model, or with load")
         head = envelope.section(b"PADN")[:4]

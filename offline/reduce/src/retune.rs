@@ -104,9 +104,13 @@ fn bed_in(mut data: Data, units: &Units) -> Data {
 /// [`fingerpad::pad::Pad::tuned`]. Bands differ a little, because they grow above the same depth in mm in every model.
 ///
 /// # Errors
-/// [`ReduceError::Model`] for a factor outside its range, and for a pad whose tissue relaxes.
+/// [`ReduceError::Model`] for a factor outside its range, and for a pad whose tissue relaxes; [`ReduceError::Retune`] for orthotropic
+/// friction.
 pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
     let file = file.file().without_branches()?;
+    if file.pad.orthotropy().is_some() {
+        return Err(ReduceError::Retune("a pad with orthotropic friction (section ORTH) cannot be retuned".into()));
+    }
     file.pad.tuned(*tuning)?;
     let factors = [tuning.size, tuning.stiffness, tuning.lambda];
     let [_, beta] = file.pad.numbers.law.friction;

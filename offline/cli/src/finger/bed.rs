@@ -58,6 +58,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .force(args.force)
         .prepare()?;
     let file = file.file();
+    if file.pad.orthotropy().is_some() {
+        return Err(Failure::Input(anyhow!(
+            "--pad {name}: its friction is orthotropic (section ORTH), which a bed does not represent"
+        )));
+    }
     let numbers = file.pad.numbers;
     let pose_deg = [args.pitch_deg.unwrap_or_else(|| numbers.neutral_pitch_deg.into()), args.roll_deg];
     let mut settings = DesignSettings::default();

@@ -133,6 +133,9 @@ fn tips_by_dimensions_are_refused_by_name_and_value() {
     }
     folder.refused("phantom --flat 20,16,4.5 --young 0.3 --mu 1 --out p.nrrd", &["flat:20,16,4.5", "needs a dome"]);
     assert!(folder.names("").is_empty());
+    folder.write("o.toml", "[friction]\nacross_over_along = 0.7\nskin_axis_deg = 20.0\n");
+    let parts = ["across_over_along = 0.7", "isotropic friction only"];
+    folder.refused("finger --config o.toml --mesh-preset coarse --out made", &parts);
     // What scripts read holds no remarks.
     let (json, _) =
         folder.done("mesh --dome 12 --core 7 --material sylgard-184 --mu 1 --mesh-preset coarse --out m.vtu --json");
