@@ -9,7 +9,7 @@ use crate::statistics::tails::minus_ln_p;
 /// Library, level and seed of the tests.
 #[derive(Clone, Copy, Debug)]
 pub struct SelectionSettings {
-    /// Level of a law: the largest [`decisive_p`] with which it is accepted.
+    /// Level of a law: the largest `decisive_p` with which it is accepted.
     pub alpha: f64,
     /// Seed of the sign flips.
     pub seed: u64,
