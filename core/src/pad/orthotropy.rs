@@ -154,7 +154,7 @@ impl<T: Elementary> SkinAxis<T> {
         }
         // The root of 1/|v| = 1, v = (u / (1 + m), sqrt(q) w / (1 + q m)), which is concave in m; from below, where the smaller stiffness of
         // both axes is applied to both parts.
-        let root = |x: T| x.not_negative().sqrt();
+        let root = |x: T| x.not_negative().magnitude().sqrt();
         let weakest = if q < one { one / q } else { one };
         let mut multiplier = (root(first + second / q) - weakest).not_negative();
         let mut size = one;
@@ -187,7 +187,7 @@ impl<T: Elementary> SkinAxis<T> {
         let (first, second) = (along.dot(&along), across.dot(&across) * q * q);
         let square = first + second + T::of(f32::MIN_POSITIVE);
         let share = (one + multiplier) / (one + q * multiplier);
-        let direction = normal.cross(&outward) * (one / square.sqrt());
+        let direction = normal.cross(&outward) * (one / square.magnitude().sqrt());
         (direction, share * square / (first + share * second + T::of(f32::MIN_POSITIVE)))
     }
 }
