@@ -46,8 +46,8 @@ other half of the runs, which are left out of every fit. --design full runs the 
 --config sets the size of either. Without one, depths, slides and forces follow from the tip: its soft layer, its curvature, its
 stiffness and its friction.
 
-The last lines are the verdict on pad and bed, for each kind of motion; reduced.html shows it, the tip and its curves. Exit code 4: a model is not usable in the
-neutral pose. Then its file is written only with --accept.")]
+The last lines are the verdict on pad and bed, for each kind of motion; reduced.html shows it with the tip and its curves. Exit
+code 4: a model is not usable in the neutral pose. Then its file is written only with --accept.")]
 pub struct Args {
     #[command(subcommand)]
     verb: Option<Verb>,

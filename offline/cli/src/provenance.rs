@@ -26,7 +26,8 @@ pub fn provenance(config: &Config, finger: &Finger, settings_hash: &str) -> Prov
             beta: law.beta,
             tau0_mpa: law.tau0_mpa,
             gamma_crit_mm: law.gamma_crit_mm,
-            across_over_along_and_skin_axis_deg: law.orthotropy().map(|o| [o.across_over_along, o.skin_axis_deg]),
+            across_over_along: law.orthotropy().map(|o| o.across_over_along),
+            skin_axis_deg: law.orthotropy().map(|o| o.skin_axis_deg),
         },
         ..Provenance::default()
     }

@@ -294,7 +294,7 @@ fn provenance(numbers: &Numbers) -> Markup {
                     (quantity("λ", significant(f.lambda, 4), "MPa^(1−β)")) (quantity("β", significant(f.beta, 4), ""))
                     (quantity("τ₀", significant(f.tau0_mpa, 4), "MPa"))
                     (quantity("γ_crit", significant(f.gamma_crit_mm, 4), "mm"))
-                    @if let Some([ratio, axis_deg]) = f.across_over_along_and_skin_axis_deg {
+                    @if let (Some(ratio), Some(axis_deg)) = (f.across_over_along, f.skin_axis_deg) {
                         (quantity("strength across over along the skin's axis", significant(ratio, 4), ""))
                         (quantity("angle of that axis", significant(axis_deg, 4), "°"))
                     }

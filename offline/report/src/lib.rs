@@ -154,9 +154,12 @@ pub struct FrictionConstants {
     pub tau0_mpa: f64,
     /// Elastic slip at which the traction reaches tau_crit, mm.
     pub gamma_crit_mm: f64,
-    /// Strength across the axis of the skin over that along it, and the axis' angle, degrees; none if friction is isotropic.
+    /// Strength across the axis of the skin over that along it; none if friction is isotropic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub across_over_along_and_skin_axis_deg: Option<[f64; 2]>,
+    pub across_over_along: Option<f64>,
+    /// Angle of that axis, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin_axis_deg: Option<f64>,
 }
 
 /// Time of one stage of the job.

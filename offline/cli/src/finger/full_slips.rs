@@ -65,7 +65,9 @@ impl FullSlips {
                 path: path.clone(),
                 ..middle.clone()
             });
-            along_x = along_x.or(Some((path, found.trajectory.snapshots)));
+            if axis == "x" {
+                along_x = Some((path, found.trajectory.snapshots));
+            }
         }
         Ok(Self { mesh: finger.mesh, runs: slides, along_x })
     }

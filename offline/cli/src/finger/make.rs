@@ -11,8 +11,8 @@ use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::pad::{FitLimits, MadePad, PadMeta, PadSettings, PadSize, runs_for_bed};
 use fingerpad_reduce::{
-    self as reduce, COLUMNS, DesignSettings, GOOD, Grade, Group, Kind, ReduceError, Reduced, Run, Settings, Tip,
-    Verdict,
+    self as reduce, COLUMNS, DesignSettings, Experiment, GOOD, Grade, Group, Kind, ReduceError, Reduced, Run, Settings,
+    Tip, Verdict,
 };
 
 use super::full_slips::FullSlips;
@@ -181,12 +181,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn announce(config: &Config, settings: &DesignSettings, folder: &Path, jobs: Option<usize>) -> Result<(), Failure> {
     let experiments = reduce::design(settings)?;
     let batches = reduce::batches(&experiments);
-    let press = batches
-        .iter()
-        .filter(|batch| batch.experiments[0].kind == Kind::Press)
-        .min_by(|a, b| a.cost().total_cmp(&b.cost()));
-    let Some(press) = press else { return Err(Failure::Input(anyhow!("[design.paths]: press: there must be one"))) };
-    let unit_s = HARDER * runs::time_of(config, press, folder)? / press.cost();
+    let cost = |experiment: &Experiment| reduce::batches(std::slice::from_ref(experiment))[0].cost();
+    // A press if there is one, else another short path.
+    let lightest = |a: &&Experiment, b: &&Experiment| {
+        (a.kind != Kind::Press).cmp(&(b.kind != Kind::Press)).then(cost(a).total_cmp(&cost(b)))
+    };
+    let Some(tried) = experiments.iter().min_by(lightest) else {
+        return Err(Failure::Input(anyhow!("[design.paths] has no path")));
+    };
+    let unit_s = HARDER * runs::time_of(config, tried, folder)? / cost(tried);
     let costs: Vec<f64> = batches.iter().map(reduce::Batch::cost).collect();
     // More threads than cores or batches of paths make nothing faster, and no thread ends before the longest batch.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -96,15 +96,15 @@ pub fn run(
     Ok(())
 }
 
-/// CPU time of a batch of one path, s, from its file or by following it, without a file.
-pub(super) fn time_of(config: &Config, batch: &Batch, folder: &Path) -> Result<f64, Failure> {
-    let experiment = batch.experiments[0];
+/// CPU time of a path by itself, s, from its file or by following it, without a file.
+pub(super) fn time_of(config: &Config, experiment: &Experiment, folder: &Path) -> Result<f64, Failure> {
     let place = Place { folder, hash: reduce::settings_hash(config)? };
     let file = place.file(experiment);
     if let Some(known) = fs::read(&file).ok().and_then(|bytes| Run::from_bytes(&bytes, &file).ok()) {
         return Ok(known.cpu_s);
     }
     let (finger, _) = config.finger_for(&[&experiment.path])?;
+    let batch = &reduce::batches(std::slice::from_ref(experiment))[0];
     Ok(run_one(&problem(config, &finger, batch), experiment, None, &place.hash, &Bars::default())?.run.cpu_s)
 }
 

@@ -372,6 +372,7 @@ impl<'a, 'p> Run<'a, 'p> {
         } else {
             self.friction_factor(&limit, &next) < 1.0 && limit.used(state, copies) >= USED_STRENGTH
                 || self.friction_factor(&limit, &last) < SURELY_BEYOND
+                    && self.friction_factor(&limit, &next) * SURELY_BEYOND < 1.0
                 || is_in_air && limit.factor(&end) < 1.0
         };
         if !fails {
