@@ -47,7 +47,8 @@ enable = false
 "#;
 
 /// Style beside mdBook's own: tables and commands need more width than text.
-const STYLE: &str = ":root { --content-max-width: 860px; }\n";
+// A picture in a table would shrink to nothing on a narrow page.
+const STYLE: &str = ":root { --content-max-width: 860px; }\ntd img { min-width: 150px; }\n";
 
 /// Options of `cargo xtask book`.
 #[derive(clap::Args)]
