@@ -15,7 +15,7 @@ use super::{Kind, Run, replay};
 pub enum Group {
     /// The pose of the mesh, on a plane.
     Neutral,
-    /// Slides in the pose of the mesh that go on until all of the contact slips, and as far again.
+    /// Slides in the pose of the mesh that go on until all of the contact slips.
     FullSlip,
     /// Other poses, and changes of the pose.
     Poses,

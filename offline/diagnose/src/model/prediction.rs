@@ -102,14 +102,16 @@ impl KnownChanges {
 
 /// Puts one change on top of another: factors multiply, all else adds up, as laws do it themselves.
 fn put_on(change: &mut ModelChange, by: &ModelChange) {
-    change.strength *= by.strength;
-    change.stiffness *= by.stiffness;
-    change.depth_mm += by.depth_mm;
-    (0..3).for_each(|k| change.reading_n[k] += by.reading_n[k]);
-    (0..2).for_each(|k| change.cross[k] += by.cross[k]);
-    change.gain += by.gain;
-    change.drag_n += by.drag_n;
-    change.adhesion_n += by.adhesion_n;
+    // All fields by name: a new one has to say how it is put on top.
+    let ModelChange { strength, stiffness, depth_mm, reading_n, cross, gain, drag_n, adhesion_n } = *by;
+    change.strength *= strength;
+    change.stiffness *= stiffness;
+    change.depth_mm += depth_mm;
+    (0..3).for_each(|k| change.reading_n[k] += reading_n[k]);
+    (0..2).for_each(|k| change.cross[k] += cross[k]);
+    change.gain += gain;
+    change.drag_n += drag_n;
+    change.adhesion_n += adhesion_n;
 }
 
 /// Changes of the model in every row, run by run: by a perturbation, by the run's random effects, and by laws.
