@@ -1,17 +1,11 @@
-"""A whole hand, examples/hand.py: the hand of mujoco-menagerie, which is downloaded, or lies in the folder MENAGERIE_ROOT."""
+"""A whole hand, examples/hand.py: the hand of mujoco-menagerie from the folder MENAGERIE_ROOT. Nothing is downloaded."""
+
+import os
 
 import hand
 import pytest
 
-
-@pytest.fixture(autouse=True)
-def package():
-    """Skips where the package has no models: it downloads them on first use."""
-    menagerie = pytest.importorskip("mujoco_menagerie")
-    try:
-        menagerie.get("leap_hand").path()
-    except menagerie.MenagerieError as missing:
-        pytest.skip(f"no LEAP hand: {missing}")
+pytestmark = pytest.mark.skipif("MENAGERIE_ROOT" not in os.environ, reason="no folder of mujoco_menagerie in MENAGERIE_ROOT")
 
 
 @pytest.mark.nightly
@@ -22,7 +16,7 @@ def test_a_hand_lifts_an_object_and_lets_it_slip(name, timestep):
     # Two seconds of closing, lifting and holding: the margin stays. Then a string pulls until the object is lost.
     assert min(seen["margin"][: round(0.8 / timestep)]) > 0.2 and seen["lost"] and seen["pull_n"] > 3, seen
     assert seen["is_finite"] and seen["warnings"] == 0 and seen["speed_m_s"] < 0.5, seen
-    # Whatever slips has a small margin. At 4 ms the pen is squeezed out within a few steps, between two looks at the margin (0.12 to 0.33).
+    # Whatever slips has a small margin, but for the pen at 4 ms: 0.12 to 0.36 were seen while it turned in the fingers; why is not known.
     most = 0.4 if (name, timestep) == ("pen", 0.004) else 0.1
     assert 0 <= seen["margin_at_slip"] <= most, seen
 
