@@ -24,7 +24,6 @@ mod conditions;
 mod config;
 mod confirm;
 mod diagnose;
-mod diagnose_table;
 mod eval;
 mod export;
 mod finger;
@@ -240,6 +239,7 @@ pub use progress::line_every;
 ///
 /// Help, bad usage and a second Ctrl-C end the process.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let words = diagnose::with_subcommand(words.into_iter().collect());
     let matches = help::laid_out(Cli::command()).get_matches_from(words);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     interrupt::handle_signals();

@@ -8,7 +8,7 @@ use crate::Failure;
 
 /// Prints what was understood of every file.
 pub fn run(args: &CheckFiles) -> Result<(), Failure> {
-    let look = |path: &std::path::PathBuf| survey(path, args.map.as_deref(), args.unit.as_deref());
+    let look = |path: &std::path::PathBuf| survey(path, args.columns.map.as_deref(), args.columns.unit.as_deref());
     let found: Result<Vec<Survey>, SurveyError> = args.files.iter().map(look).collect();
     let found = found.map_err(|error| Failure::Input(anyhow!(error)))?;
     if args.json {

@@ -1,14 +1,13 @@
-//! `fingerpad diagnose --group`: several fingers in one analysis.
+//! `fingerpad diagnose group`: several fingers in one analysis.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use fingerpad_diagnose::{ColumnMap, FEWEST, FingerSets, Options, diagnose_group};
+use fingerpad_diagnose::{FEWEST, FingerSets, diagnose_group};
 use fingerpad_report::{Picture, diagnosis::group};
-use fingerpad_smooth::ReferenceCurves;
 use serde::Deserialize;
 
-use super::arguments::Args;
+use super::arguments::GroupArgs;
 use super::input_files::read_mapped;
 use crate::progress::during;
 use crate::{Failure, Outputs, results};
@@ -51,20 +50,17 @@ fn read_list(path: &Path) -> anyhow::Result<Vec<Line>> {
 }
 
 /// Diagnoses the fingers of a list.
-pub fn run(
-    args: &Args,
-    path: &Path,
-    maps: &[ColumnMap; 2],
-    reference: &ReferenceCurves,
-    options: &Options,
-) -> Result<(), Failure> {
+pub fn run(args: &GroupArgs) -> Result<(), Failure> {
+    let (path, analysis) = (args.list.as_path(), &args.analysis);
+    let (_, reference, options) = analysis.model_and_options()?;
+    let maps = [analysis.column_map(&options.own, "calibration")?, analysis.column_map(&options.own, "measured")?];
     let lines = read_list(path).map_err(Failure::Input)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let files: Vec<[PathBuf; 2]> =
         lines.iter().map(|line| [&line.calibration, &line.measured].map(|file| folder.join(file))).collect();
     let inputs = files.iter().flatten().map(|file| ("--group", Some(file.as_path())));
-    let given = [("--group", Some(path)), ("--model", args.model.as_deref()), ("--laws", args.laws.as_deref())];
-    Outputs::beside(inputs.chain(given)).shared_folder("--out", args.out(), NAMES).prepare()?;
+    let given = [("--group", Some(path)), ("--model", analysis.model.as_deref()), ("--laws", analysis.laws.as_deref())];
+    Outputs::beside(inputs.chain(given)).shared_folder("--out", &args.out, NAMES).prepare()?;
     let mut fingers = Vec::new();
     for (line, [calibration, measured]) in lines.iter().zip(&files) {
         fingers.push(FingerSets {
@@ -73,12 +69,12 @@ pub fn run(
             measured: read_mapped(measured, &maps[1])?,
         });
     }
-    let report = during("group", |tell| diagnose_group(&fingers, reference, options, &mut |stage| tell(stage)))?;
+    let report = during("group", |tell| diagnose_group(&fingers, &reference, &options, &mut |stage| tell(stage)))?;
     let json = serde_json::to_string_pretty(&report).map_err(|e| Failure::Numerics(e.into()))?;
     let mut written =
         vec![(JSON.to_owned(), (json + "\n").into_bytes()), (SIZES.to_owned(), group::sizes_csv(&report).into_bytes())];
     written.extend(group::forest(&report).iter().map(Picture::file));
-    results::write(args.out(), &written)?;
+    results::write(&args.out, &written)?;
     group::sentences(&report).iter().for_each(|sentence| println!("{sentence}"));
     Ok(())
 }

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, ReducedDiagnosis, Verdict};
+use fingerpad_diagnose::{Diagnosis, NextExperiment};
 use fingerpad_formats as formats;
 use fingerpad_report as report;
 
-use super::arguments::Args;
-use super::input_files::trace_input;
-use crate::{Failure, Mark, Outputs, diagnose_table, results};
+use super::arguments::Output;
+use super::table;
+use crate::{Failure, Mark, Outputs, results};
 
 /// The corrected model.
 pub const CORRECTED: &str = "corrected.fpm";
@@ -35,81 +35,42 @@ const NAMES: &[&str] = &[
     "forces.svg",
     "table.svg",
     "candidates.svg",
-    diagnose_table::CORRECTED_CONFIG,
-    diagnose_table::CORRECTED_SHAPE,
-    diagnose_table::CORRECTED_TABLE,
-    diagnose_table::SIDE_BY_SIDE,
+    table::CORRECTED_CONFIG,
+    table::CORRECTED_SHAPE,
+    table::CORRECTED_TABLE,
+    table::SIDE_BY_SIDE,
 ];
 
 /// Where report.json goes, if not among the other results.
-fn elsewhere(args: &Args) -> Option<&Path> {
-    args.report.as_deref().filter(|path| **path != args.out().join(JSON))
+fn elsewhere(output: &Output) -> Option<&Path> {
+    output.report.as_deref().filter(|path| **path != output.out.join(JSON))
 }
 
 /// The report of the earlier diagnosis in the same place.
-pub fn earlier(args: &Args) -> Option<Diagnosis> {
-    let json = elsewhere(args).map_or_else(|| args.out().join(JSON), Path::to_path_buf);
+pub fn earlier(output: &Output) -> Option<Diagnosis> {
+    let json = elsewhere(output).map_or_else(|| output.out.join(JSON), Path::to_path_buf);
     std::fs::read(json).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok())
 }
 
 /// Checks the files of the command and makes its folders.
-pub fn prepare(args: &Args, folders: &[&Path]) -> Result<(), Failure> {
-    let config = args.finger.config()?;
-    let given = [
-        ("--calibration", &args.calibration),
-        ("--holdout", &args.holdout),
-        ("--model", &args.model),
-        ("--laws", &args.laws),
-        ("--table", &args.table),
-    ];
-    let inputs = given.map(|(flag, path)| (flag, path.as_deref()));
-    let measured = args.measured.iter().map(|path| ("--measured", Some(path.as_path())));
-    let measured = measured.chain(args.append.iter().map(|path| ("--append", Some(path.as_path()))));
-    let mut outputs = Outputs::beside(inputs.into_iter().chain(measured).chain(args.finger.inputs(&config))).file(
-        "--report",
-        elsewhere(args),
-        vec![Mark::holding("{", "\"fingerpad-diagnosis/")],
-    );
+///
+/// * `inputs`: each with its option
+pub fn prepare<'a>(
+    output: &Output,
+    inputs: impl IntoIterator<Item = (&'static str, Option<&'a Path>)>,
+    folders: &[&Path],
+) -> Result<(), Failure> {
+    let marks = vec![Mark::holding("{", "\"fingerpad-diagnosis/")];
+    let mut outputs = Outputs::beside(inputs).file("--report", elsewhere(output), marks);
     for folder in folders {
         outputs = outputs.shared_folder("--out", folder, NAMES);
     }
     outputs.prepare()
 }
 
-/// Writes a diagnosis of forces alone.
-pub fn write_reduced(
-    args: &Args,
-    path: &Path,
-    out: &Path,
-    mut found: ReducedDiagnosis,
-    rows: usize,
-) -> Result<(), Failure> {
-    found.report.input = vec![trace_input(path, rows, found.report.holdout.runs, &found.sentences)?];
-    found.report.seed = args.seed;
-    let rendered = report::diagnosis::render_reduced(&found).map_err(|e| Failure::Numerics(e.into()))?;
-    write_files(args, out, rendered, found.report.next_experiment.as_ref(), Vec::new())?;
-    for (kind, text) in report::diagnosis::cautions(&found.report) {
-        println!("{kind}: {}: {text}", path.display());
-    }
-    let only = if found.report.verdict == Verdict::None { " (of a tare; nothing else was looked for)" } else { "" };
-    println!("{}: verdict: {}{only}", path.display(), report::diagnosis::word(&found.report));
-    found.sentences.iter().for_each(|s| println!("{s}"));
-    println!("Next: {}", found.report.next_step);
-    Ok(())
-}
-
-/// Writes a diagnosis of measured runs, with the corrected model.
-pub fn write(args: &Args, report: &Diagnosis, evidence: &Evidence, model: Option<&[u8]>) -> Result<(), Failure> {
-    let rendered = report::diagnosis::render(report, evidence).map_err(|e| Failure::Numerics(e.into()))?;
-    let plan = report.next_experiment.as_ref().filter(|_| report.verdict == Verdict::Ambiguous);
-    let model = model.map(|bytes| (CORRECTED.to_owned(), bytes.to_vec()));
-    write_files(args, args.out(), rendered, plan, model.into_iter().collect())
-}
-
 /// Writes a diagnosis in place of the folder's earlier one, the page last.
 pub fn write_files(
-    args: &Args,
-    out: &Path,
+    output: &Output,
     rendered: report::Rendered,
     plan: Option<&NextExperiment>,
     beside: Vec<(String, Vec<u8>)>,
@@ -117,10 +78,10 @@ pub fn write_files(
     let mut files: Vec<_> = rendered.figures.iter().map(report::Picture::file).collect();
     files.extend(beside);
     files.extend(plan.map(|plan| (NEXT.to_owned(), report::diagnosis::plan_csv(plan).into_bytes())));
-    match elsewhere(args) {
+    match elsewhere(output) {
         Some(json) => formats::atomic_write(json, |w| w.write_all(rendered.json.as_bytes()))?,
         None => files.push((JSON.to_owned(), rendered.json.into_bytes())),
     }
     files.push((PAGE.to_owned(), rendered.html.into_bytes()));
-    results::write(out, &files)
+    results::write(&output.out, &files)
 }

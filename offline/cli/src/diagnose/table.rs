@@ -1,4 +1,4 @@
-//! `fingerpad diagnose --table`: a measured table against the finite elements.
+//! `fingerpad diagnose table`: a measured table against the finite elements.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -15,9 +15,11 @@ use fingerpad_reduce::DesignSettings;
 use fingerpad_report as report;
 use sha2::Digest;
 
-use super::config::ConfigFile;
-use super::progress::counter;
-use super::{Failure, Model, go_on, keeping};
+use super::arguments::TableArgs;
+use super::result_files::{prepare, write_files};
+use crate::config::ConfigFile;
+use crate::progress::counter;
+use crate::{Failure, go_on, keeping};
 
 /// Files of a diagnosis of a table beside the report.
 pub const CORRECTED_CONFIG: &str = "corrected.toml";
@@ -26,16 +28,6 @@ pub const CORRECTED_TABLE: &str = "corrected_table.csv";
 pub const SIDE_BY_SIDE: &str = "side_by_side.csv";
 /// Steady slides that were computed, in a folder of their own; kept for the next run.
 pub const STATES: &str = "fe/steady_slides.bin";
-
-/// A diagnosis with its files.
-pub struct TableDiagnosis {
-    /// The finding, its report completed.
-    pub finding: Finding,
-    /// Names and contents of the files beside page, numbers and figures.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Page, numbers and figures.
-    pub rendered: report::Rendered,
-}
 
 impl From<TableError> for Failure {
     fn from(error: TableError) -> Self {
@@ -48,22 +40,14 @@ impl From<TableError> for Failure {
     }
 }
 
-/// Names and units of the table's columns.
-pub fn names(map: Option<&str>, unit: Option<&str>) -> Result<ColumnNames, Failure> {
-    ColumnNames::parse(map, unit, &table_csv::KNOWN).map_err(|problem| Failure::Input(anyhow!(problem)))
-}
-
-/// Diagnoses the table in a file.
-///
-/// * `names`: the column names of the file
-/// * `out`: folder of the results, which keeps finished slides
-pub fn diagnose(
-    model: &Model,
-    path: &Path,
-    names: &ColumnNames,
-    seed: u64,
-    out: &Path,
-) -> Result<TableDiagnosis, Failure> {
+/// Diagnoses a table against the finite elements.
+pub fn run(args: &TableArgs) -> Result<(), Failure> {
+    let (model, path, out) = (&args.finger, args.file.as_path(), args.output.out.as_path());
+    let (map, unit) = (args.columns.map.as_deref(), args.columns.unit.as_deref());
+    let names =
+        &ColumnNames::parse(map, unit, &table_csv::KNOWN).map_err(|problem| Failure::Input(anyhow!(problem)))?;
+    let configured = model.config()?;
+    prepare(&args.output, [("--table", Some(path))].into_iter().chain(model.inputs(&configured)), &[out])?;
     let started = Instant::now();
     let (mut config, settings, design) = model.settings()?;
     if model.mesh_preset.is_none() && model.config.is_none() {
@@ -115,11 +99,14 @@ pub fn diagnose(
         runs: count,
         notes: finding.sentences.clone(),
     }];
-    diagnosis.seed = seed;
     diagnosis.elapsed_s = started.elapsed().as_secs_f64();
     let files = files(&finding, &config, &settings, &design, path)?;
     let rendered = report::table::render(&finding).map_err(|e| Failure::Numerics(e.into()))?;
-    Ok(TableDiagnosis { finding, files, rendered })
+    let diagnosis = &finding.report.diagnosis;
+    write_files(&args.output, rendered, diagnosis.next_experiment.as_ref(), files)?;
+    println!("{}: verdict: {}", path.display(), report::diagnosis::word(diagnosis));
+    finding.sentences.iter().for_each(|s| println!("{s}"));
+    Ok(())
 }
 
 /// The corrected configuration, its shape if that changed, and both tables.
