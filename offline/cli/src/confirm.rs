@@ -1,4 +1,4 @@
-//! `fingerpad diagnose --confirm-fe`: strokes re-run by the finite elements; each finished one is a file of its own.
+//! `fingerpad diagnose runs --confirm-fe`: strokes re-run by the finite elements; each finished one is a file of its own.
 
 use std::path::{Path, PathBuf};
 

@@ -46,10 +46,10 @@ pub use model::core_replay::{replay, replay_all};
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis,
-    Disagreement, EffectFound, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize, FittedParameter,
-    GroupDiagnosis, GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut, NextExperiment, NoiseFound,
-    NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, Seen, SharedLaw, SharedSize,
-    Stability, UnexplainedFound, Verdict, Witness, minutes,
+    Disagreement, EffectFound, FACTORS, Factor, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize,
+    FittedParameter, GroupDiagnosis, GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut,
+    NextExperiment, NoiseFound, NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, Seen,
+    SharedLaw, SharedSize, Stability, UnexplainedFound, Verdict, Witness, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
@@ -65,7 +65,7 @@ pub use verdict::next_step::next_step;
 pub use verdict::options::Options;
 pub use verdict::power::{PowerSettings, power};
 pub use verdict::redecision::{Outcome, Redecision};
-pub use verdict::regions::{BINS, CHANNELS, COLUMNS};
+pub use verdict::regions::{BINS, CHANNELS};
 pub use verdict::stability::stability;
 pub use verdict::survey::{Survey, SurveyError, survey};
 pub use verdict::traces::ForceTrace;

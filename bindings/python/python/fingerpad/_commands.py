@@ -333,7 +333,7 @@ def diagnose_forces(
     out: Place | None = None,
     progress: Progressing = None,
 ) -> Diagnosis:
-    """Diagnoses forces alone, of a finger that was moved freely on a force plate; `fingerpad diagnose --force-only`.
+    """Diagnoses forces alone, of a finger that was moved freely on a force plate; `fingerpad diagnose trace`.
 
     columns: where normal, x, y and t are, a minus sign turns one round, as in {"normal": "-Fz", "t": "Timestamp"}.
     """
@@ -354,7 +354,7 @@ def diagnose_table(
     out: Place | None = None,
     progress: Progressing = None,
 ) -> Diagnosis:
-    """Compares a table with the finite elements and looks for effects that close the gap; `fingerpad diagnose --table`.
+    """Compares a table with the finite elements and looks for effects that close the gap; `fingerpad diagnose table`.
 
     table: depth_mm and any of normal_force_n, contact_area_mm2, friction_coefficient, each with its spread as ..._sd where it is
     known; columns, units: as in diagnose. config, shape, mesh_preset: the finger. Takes minutes on the medium mesh, which is

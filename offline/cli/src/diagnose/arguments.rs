@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use fingerpad::build::Data;
-use fingerpad_diagnose::laws::Column;
+use fingerpad_diagnose::laws::{Column, run_columns::states};
 use fingerpad_diagnose::{
-    CORNEOMETER_SD_AU, ColumnMap, CovariateError, LawsFile, Options, PlanConstraints, Rotation, SelectionSettings,
-    SessionFile,
+    CORNEOMETER_SD_AU, ColumnMap, CovariateError, FACTORS, LawsFile, Options, PlanConstraints, Rotation,
+    SelectionSettings, SessionFile,
 };
 use fingerpad_smooth::ReferenceCurves;
 
@@ -350,18 +350,6 @@ pub struct RunsArgs {
     pub(super) finger: Model,
 }
 
-/// Factors of the next experiment: short names and columns.
-const FACTORS: [(&str, &str); 8] = [
-    ("depth", "depth_mm"),
-    ("speed", "speed_mm_s"),
-    ("direction", "direction_deg"),
-    ("dwell", "dwell_s"),
-    ("hydration", "hydration_au"),
-    ("temperature", "temperature_c"),
-    ("length", "length_mm"),
-    ("rest", "rest_before_s"),
-];
-
 impl RunsArgs {
     /// Where the results go; with --check nothing is written.
     pub(super) fn output(&self) -> Output {
@@ -412,13 +400,11 @@ impl Analysis {
         }
         let own: Vec<&str> = own.columns.iter().filter(|c| c.derived.is_none()).map(|c| c.name.as_str()).collect();
         let factor = |name: &String| {
-            let known = FACTORS.iter().find(|(short, column)| name == short || name == column);
-            known.map(|(_, column)| *column).or(own.iter().copied().find(|c| c == name)).map(str::to_owned).ok_or_else(
-                || {
-                    let names: Vec<&str> = FACTORS.iter().map(|(short, _)| *short).chain(own.iter().copied()).collect();
-                    Failure::Input(anyhow!("--can-set {name}: none of {}", names.join(", ")))
-                },
-            )
+            let known = FACTORS.iter().find(|f| [f.short, f.name].contains(&name.as_str()));
+            known.map(|f| f.name).or(own.iter().copied().find(|c| c == name)).map(str::to_owned).ok_or_else(|| {
+                let names: Vec<&str> = FACTORS.iter().map(|f| f.short).chain(own.iter().copied()).collect();
+                Failure::Input(anyhow!("--can-set {name}: none of {}", names.join(", ")))
+            })
         };
         let can_set: Vec<String> = self.can_set.iter().map(factor).collect::<Result<_, _>>()?;
         Ok(PlanConstraints { can_set: (!can_set.is_empty()).then_some(can_set), least_rest_s: self.least_rest_s })
@@ -442,12 +428,10 @@ fn between(text: &str, high: f64) -> Result<f64, String> {
 
 fn covariate(text: &str) -> Result<CovariateError, String> {
     let (name, sd) = text.split_once('=').ok_or("expected COLUMN=SD, as in hydration_au=2")?;
-    let column = [Column::Dwell, Column::Occlusion, Column::Hydration, Column::Temperature, Column::Width]
-        .into_iter()
-        .find(|c| c.name() == name.trim())
-        .ok_or_else(|| {
-            format!("`{name}` is not one of dwell_s, occlusion_time_s, hydration_au, temperature_c, finger_width_mm")
-        })?;
+    let known = || states().map(|(column, _)| column);
+    let column = known().find(|c| c.name() == name.trim()).ok_or_else(|| {
+        format!("`{name}` is not one of {}", known().map(Column::name).collect::<Vec<_>>().join(", "))
+    })?;
     let sd: f64 = sd.trim().parse().map_err(|_| format!("`{sd}` is not a number"))?;
     if sd >= 0.0 && sd.is_finite() {
         Ok(CovariateError { column, sd })

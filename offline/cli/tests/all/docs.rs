@@ -26,19 +26,31 @@ const LONG: &[(&str, &str)] = &[
     ("fingerpad finger --config data/silicone.toml --mesh-preset coarse --out silicone", "half a minute of CPU"),
     ("fingerpad finger --dome 10", "half a minute of CPU"),
     (
-        "fingerpad diagnose --calibration data/examples/calibration.csv --measured data/examples/measured.csv --confirm-fe",
+        "fingerpad diagnose runs --calibration data/examples/calibration.csv --measured data/examples/measured.csv --confirm-fe",
         "strokes of the finite elements: a minute of CPU",
     ),
     (
-        "fingerpad diagnose --calibration data/examples/calibration.csv --measured data/examples/measured.csv --holdout data/examples/holdout.csv --confirm-fe",
+        "fingerpad diagnose runs --calibration data/examples/calibration.csv --measured data/examples/measured.csv --holdout data/examples/holdout.csv --confirm-fe",
         "strokes of the finite elements: five minutes of CPU",
     ),
     ("cargo ", "builds other programs; the commands of cargo and of the chores are parsed"),
 ];
 
-/// Options of `fingerpad` whose value is a file that must be there.
-const INPUTS: [&str; 9] =
-    ["--path", "--config", "--data", "--calibration", "--measured", "--holdout", "--table", "--model", "--runs"];
+/// Words of a command before a file that must be there.
+const INPUTS: [&str; 12] = [
+    "--path",
+    "--config",
+    "--data",
+    "--calibration",
+    "--measured",
+    "--holdout",
+    "--model",
+    "--runs",
+    "check",
+    "trace",
+    "table",
+    "group",
+];
 
 /// The problems of all commands of all pages.
 fn problems(commands: impl Fn(&str) -> Vec<String>, check: impl Fn(&str) -> Result<String, String>) -> String {

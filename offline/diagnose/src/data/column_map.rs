@@ -5,7 +5,7 @@
 use fingerpad_formats::unit::{Unit, find, units_of};
 
 use crate::data::rotation::Rotation;
-use crate::laws::run_columns::RUN_COLUMNS;
+use crate::laws::run_columns::run_columns;
 use crate::laws::{Column, OwnColumn};
 
 /// What our columns are called in a file, and in which units they stand there.
@@ -29,12 +29,18 @@ const ROLES: [&str; 3] = ["calibration", "measured", "holdout"];
 
 fn column_of(key: &str) -> Result<&'static str, String> {
     let key = key.trim();
-    RUN_COLUMNS.iter().find(|known| known.name == key || known.short == key).map(|known| known.name).ok_or_else(|| {
-        format!(
-            "`{key}` is not one of {}",
-            RUN_COLUMNS.map(|known| format!("{} ({})", known.short, known.name)).join(", ")
-        )
-    })
+    run_columns().iter().find(|known| known.name == key || known.short == key).map(|known| known.name).ok_or_else(
+        || {
+            format!(
+                "`{key}` is not one of {}",
+                run_columns()
+                    .iter()
+                    .map(|known| format!("{} ({})", known.short, known.name))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )
+        },
+    )
 }
 
 impl ColumnMap {

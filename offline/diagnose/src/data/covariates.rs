@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::data::runs::RunSet;
+use crate::laws::run_columns;
 use crate::laws::{Column, Row};
 
 /// A declared error of a column.
@@ -34,13 +35,8 @@ pub struct Correction {
 }
 
 fn set_value(row: &mut Row, column: Column, value: f64) {
-    match column {
-        Column::Dwell => row.dwell_s = value,
-        Column::Occlusion => row.occlusion_s = value,
-        Column::Hydration => row.hydration_au = value,
-        Column::Temperature => row.temperature_c = value,
-        Column::Width => row.width_mm = value,
-        _ => {}
+    if let Some((_, set)) = run_columns::states().find(|(c, _)| *c == column) {
+        set(row, value);
     }
 }
 
@@ -113,6 +109,11 @@ impl Correction {
                 set_value(row, self.column, value);
             }
         }
+    }
+
+    /// A row with another value of the column.
+    pub fn shift(&self, row: &mut Row, by: f64) {
+        set_value(row, self.column, run_columns::value(self.column, row) + by);
     }
 
     /// The column that is corrected.

@@ -13,7 +13,7 @@ use flate2::read::MultiGzDecoder;
 
 use crate::data::column_map::ColumnMap;
 use crate::data::workbook::first_sheet;
-use crate::laws::run_columns::RUN_COLUMNS;
+use crate::laws::run_columns::run_columns;
 
 /// First bytes of a file compressed by gzip (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
@@ -325,7 +325,7 @@ impl<'a> CsvRows<'a> {
 
 /// The name of a column in `--map` and `--unit`.
 pub fn short(column: &str) -> &str {
-    RUN_COLUMNS.iter().find(|known| known.name == column).map_or(column, |known| known.short)
+    run_columns().iter().find(|known| known.name == column).map_or(column, |known| known.short)
 }
 
 /// A column of the header that has the name in other letters: `(it, whether only upper and lower case differ)`; the other

@@ -12,6 +12,7 @@ use crate::data::median::median;
 use crate::data::thinning::{Sample, rows_to_keep};
 use crate::data::turns::with_turns;
 use crate::error::DiagnoseError;
+use crate::laws::run_columns;
 use crate::laws::{Column, OWN, Row};
 use crate::schema::Caution;
 
@@ -136,20 +137,7 @@ impl Run {
     /// The run's value of a column: that of its last sliding row, or of its last row.
     pub fn value(&self, column: Column) -> f64 {
         let row = self.rows.iter().rev().find(|r| r.speed_mm_s > 0.0).or(self.rows.last()).copied().unwrap_or_default();
-        match column {
-            Column::Time => row.t_s,
-            Column::Depth => self.depth_mm(),
-            Column::ContactTime => row.contact_time_s,
-            Column::Speed => row.speed_mm_s,
-            Column::Direction => row.along[1].atan2(row.along[0]).to_degrees(),
-            Column::Dwell => row.dwell_s,
-            Column::Occlusion => row.occlusion_s,
-            Column::Hydration => row.hydration_au,
-            Column::Temperature => row.temperature_c,
-            Column::Width => row.width_mm,
-            Column::Slide => row.path_mm,
-            Column::Own { place, .. } => row.own.get(usize::from(place)).copied().unwrap_or(f64::NAN),
-        }
+        if column == Column::Depth { self.depth_mm() } else { run_columns::value(column, &row) }
     }
 }
 
@@ -396,16 +384,12 @@ impl RunSet {
 
 /// The state columns that no row lacks.
 pub fn recorded<'a>(rows: impl Iterator<Item = &'a RawRow>) -> Vec<Column> {
-    let mut there = [true; 5];
+    let mut there = vec![true; run_columns::states().count()];
     for r in rows {
         let values = [r.dwell_s, r.occlusion_time_s, r.hydration_au, r.temperature_c, r.finger_width_mm];
         for (flag, v) in there.iter_mut().zip(values) {
             *flag &= v.is_finite();
         }
     }
-    [Column::Dwell, Column::Occlusion, Column::Hydration, Column::Temperature, Column::Width]
-        .into_iter()
-        .zip(there)
-        .filter_map(|(c, there)| there.then_some(c))
-        .collect()
+    run_columns::states().zip(there).filter_map(|((column, _), there)| there.then_some(column)).collect()
 }

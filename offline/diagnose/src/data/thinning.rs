@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use crate::data::content::mixed;
 use crate::data::runs::Run;
 use crate::laws::Column;
+use crate::laws::run_columns::{self, RunColumn};
 
 /// Way back from which on a motion has turned, share of its range and mm.
 const TURN: (f64, f64) = (0.02, 0.01);
@@ -171,18 +172,17 @@ impl RunSample {
 /// The kind of a run: its condition and subject, and coarse steps of what is set or recorded.
 fn kind(run: &Run) -> u64 {
     let text = |hash: u64, text: &str| text.bytes().fold(mixed(hash, text.len() as u64), |h, b| mixed(h, u64::from(b)));
-    let steps = [
-        (Column::Depth, 0.1),
-        (Column::Direction, 45.0),
-        (Column::Hydration, 10.0),
-        (Column::Temperature, 2.0),
-        (Column::Width, 1.0),
-        (Column::Slide, 2.0),
-    ];
-    let linear = steps.into_iter().map(|(column, step)| run.value(column) / step);
-    let octaves = [Column::Speed, Column::Dwell].into_iter().map(|column| run.value(column).max(1e-6).log2());
+    let places = [(Column::Depth, 0.1), (Column::Direction, 45.0), (Column::Slide, 2.0)];
+    let places = places.into_iter().map(|(column, step)| run.value(column) / step);
+    let condition = |(column, known): (Column, &RunColumn)| {
+        let ((by_logarithm, scatter), value) = (known.condition?, run.value(column));
+        Some(if by_logarithm { value.max(1e-6).log2() } else { value / (2.0 * scatter) })
+    };
+    let conditions = run_columns::law_columns().filter_map(condition);
     let start = text(text(0, &run.labels.condition), &run.labels.subject);
-    linear.chain(octaves).fold(start, |h, v| mixed(h, if v.is_finite() { v.round() as i64 as u64 } else { u64::MAX }))
+    places
+        .chain(conditions)
+        .fold(start, |h, v| mixed(h, if v.is_finite() { v.round() as i64 as u64 } else { u64::MAX }))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use toml::Spanned;
 use super::drivers::{DRIVERS, Derived, OwnColumn, Rule};
 use super::formula::Formula;
 use super::own_law::{OwnFormula, OwnLaw, OwnParameter, Target};
-use super::run_columns::RUN_COLUMNS;
+use super::run_columns::run_columns;
 use super::soundness::check_law;
 use super::units::{Unit, check_ending, check_formula};
 use crate::error::DiagnoseError;
@@ -269,7 +269,7 @@ impl Reader<'_> {
         if !(reference >= low && reference <= high) {
             return Err(refuse(format!("reference {reference} is outside its range {low} to {high}")));
         }
-        if RUN_COLUMNS.iter().any(|known| known.name == name) {
+        if run_columns().iter().any(|known| known.name == name) {
             return Err(refuse(
                 "it is one of the program's own columns, which formulas read by the drivers' names".into(),
             ));

@@ -13,7 +13,7 @@ use crate::laws::{OwnFormula, TableSummary};
 
 pub use fit_quality::{CrossValidationError, Region};
 pub use group::{FingerAlone, FingerSize, GroupDiagnosis, GroupVerdict, SharedLaw, SharedSize};
-pub use next_experiment::{FactorPrice, NextExperiment, PlannedRun, minutes};
+pub use next_experiment::{FACTORS, Factor, FactorPrice, NextExperiment, PlannedRun, minutes};
 pub use repeated::{LeftOut, NotSimulated, Power, PowerCell, Rate, Stability};
 
 /// The answer of a diagnosis.

@@ -70,6 +70,58 @@ pub struct PlannedRun {
     pub own: BTreeMap<String, f64>,
 }
 
+/// A number that a plan may set in a stroke.
+pub struct Factor {
+    /// Name of its column.
+    pub name: &'static str,
+    /// What the command line calls it.
+    pub short: &'static str,
+    /// What pages call it, with its unit.
+    pub words: &'static str,
+    /// Its place in a stroke.
+    pub of: fn(&mut PlannedRun) -> &mut Option<f64>,
+    /// The range over which plans vary it, and whether in equal ratios; what has none is varied in ways of its own.
+    pub range: Option<([f64; 2], bool)>,
+    /// Rest in which it settles at another value, s. A state that takes such time is varied only where runs record it.
+    pub settle_s: f64,
+}
+
+const fn factor(
+    name: &'static str,
+    short: &'static str,
+    words: &'static str,
+    of: fn(&mut PlannedRun) -> &mut Option<f64>,
+) -> Factor {
+    Factor { name, short, words, of, range: None, settle_s: 0.0 }
+}
+
+impl Factor {
+    const fn over(self, range: [f64; 2], in_equal_ratios: bool, settle_s: f64) -> Self {
+        Self { range: Some((range, in_equal_ratios)), settle_s, ..self }
+    }
+
+    /// Its value in a stroke, where the plan sets it.
+    pub fn value(&self, run: &PlannedRun) -> Option<f64> {
+        *(self.of)(&mut run.clone())
+    }
+}
+
+/// The numbers that plans set, in the order of their columns in a file of strokes.
+pub const FACTORS: [Factor; 8] = [
+    factor("depth_mm", "depth", "depth, mm", |r| &mut r.depth_mm),
+    factor("speed_mm_s", "speed", "speed, mm/s", |r| &mut r.speed_mm_s).over([0.5, 20.0], true, 0.0),
+    factor("direction_deg", "direction", "direction, °", |r| &mut r.direction_deg),
+    factor("dwell_s", "dwell", "hold, s", |r| &mut r.dwell_s).over([0.3, 30.0], true, 0.0),
+    factor("hydration_au", "hydration", "hydration, a.u.", |r| &mut r.hydration_au).over([15.0, 75.0], false, 300.0),
+    factor("temperature_c", "temperature", "temperature, °C", |r| &mut r.temperature_c).over(
+        [27.0, 36.0],
+        false,
+        300.0,
+    ),
+    factor("length_mm", "length", "length, mm", |r| &mut r.length_mm),
+    factor("rest_before_s", "rest", "rest before, s", |r| &mut r.rest_before_s),
+];
+
 /// Time that a stroke takes beside its rest and its hold, s: to set it up, press, slide and lift.
 const STROKE_S: f64 = 30.0;
 

@@ -5,6 +5,7 @@
 use std::f64::consts::TAU;
 
 use crate::data::runs::RunSet;
+use crate::laws::run_columns;
 use crate::laws::{Column, Row};
 use crate::model::random_effects::RandomEffect;
 use crate::statistics::derivatives::Derivatives;
@@ -71,24 +72,12 @@ fn ranks(set: &RunSet, column: Column) -> Option<Vec<f64>> {
 const STROKE_COLUMNS: [&str; 7] =
     ["direction_deg", "slide", "contact_time_s", "slide_x_mm", "slide_y_mm", "slide_x_mm,slide_y_mm", "depth_mm"];
 
-/// Columns of the runs' state and depth, whose ranks are the arguments of polynomials.
-const RANKED_COLUMNS: [Column; 8] = [
-    Column::Time,
-    Column::Speed,
-    Column::Dwell,
-    Column::Occlusion,
-    Column::Hydration,
-    Column::Temperature,
-    Column::Width,
-    Column::Depth,
-];
-
 /// All groups of a set; only those along the stroke if `only_strokes`.
 pub fn basis_groups(task: &Task<'_>, set: &RunSet, derivatives: &Derivatives, only_strokes: bool) -> Vec<BasisGroup> {
     let mut groups = Groups { task, derivatives, only_strokes, strokes: 0, list: Vec::new() };
     let has = |c: &Column| set.has(*c);
     let ranked: Vec<(Column, Vec<f64>)> =
-        RANKED_COLUMNS.into_iter().filter(has).filter_map(|c| Some((c, ranks(set, c)?))).collect();
+        run_columns::of_runs().chain([Column::Depth]).filter(has).filter_map(|c| Some((c, ranks(set, c)?))).collect();
     groups.add_polynomials(&ranked);
     groups.add_slow_waves(&ranked);
     groups.add_directions();

@@ -3,6 +3,7 @@
 //! Main types: [`GridPoint`], [`ScoredGridPoint`].
 
 use crate::data::runs::RunSet;
+use crate::laws::run_columns;
 use crate::laws::{Column, Law, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::statistics::fit::Fit;
@@ -41,12 +42,7 @@ pub fn why_untestable(law: &Law, set: &RunSet) -> Option<String> {
         if !set.has(column) {
             return Some(format!("{} is not recorded", column.name()));
         }
-        let least = match column.name() {
-            "hydration_au" => 1.0,
-            "temperature_c" | "finger_width_mm" => 0.1,
-            "occlusion_time_s" => 0.2,
-            _ => 0.0,
-        };
+        let least = run_columns::of(column).map_or(0.0, |known| known.least_spread);
         if least > 0.0 && set.spread(column) < least {
             return Some(format!(
                 "{} hardly varies: standard deviation over runs {:.3}",

@@ -1,8 +1,8 @@
 //! Candidate designs of the next experiment, fifteen strokes each, and the rows that they would give.
 
 use crate::data::runs::{Labels, RawRow, RunSet};
-use crate::laws::{Column, OWN, OwnColumn};
-use crate::schema::PlannedRun;
+use crate::laws::{OWN, OwnColumn};
+use crate::schema::{FACTORS, Factor, PlannedRun};
 
 /// Strokes of a design.
 pub const STROKES: usize = 15;
@@ -25,22 +25,20 @@ fn fresh() -> PlannedRun {
     PlannedRun { rest_before_s: Some(60.0), new_block: Some(true), ..PlannedRun::default() }
 }
 
+/// A share of a range, in equal ratios or steps.
+fn at((range, in_equal_ratios): ([f64; 2], bool), share: f64) -> f64 {
+    let [low, high] = range;
+    if in_equal_ratios { low * (high / low).powf(share) } else { low + (high - low) * share }
+}
+
 /// One factor over its range.
-fn single(
-    shares: &[f64],
-    [low, high]: [f64; 2],
-    logarithmic: bool,
-    set: impl Fn(&mut PlannedRun, f64),
-) -> Vec<PlannedRun> {
-    shares
-        .iter()
-        .map(|share| {
-            let v = if logarithmic { low * (high / low).powf(*share) } else { low + (high - low) * share };
-            let mut run = fresh();
-            set(&mut run, (v * 1000.0).round() / 1000.0);
-            run
-        })
-        .collect()
+fn single(shares: &[f64], range: ([f64; 2], bool), set: impl Fn(&mut PlannedRun, f64)) -> Vec<PlannedRun> {
+    let stroke = |share: &f64| {
+        let mut run = fresh();
+        set(&mut run, (at(range, *share) * 1000.0).round() / 1000.0);
+        run
+    };
+    shares.iter().map(stroke).collect()
 }
 
 /// The designs that are compared, each with the factor that it varies; columns of the user's own are varied over their range.
@@ -51,34 +49,28 @@ pub fn candidate_designs<'a>(
     depth_mm: [f64; 2],
     own: &'a [OwnColumn],
 ) -> Vec<(&'a str, Vec<PlannedRun>)> {
+    let is_recorded = |f: &Factor| f.settle_s == 0.0 || set.recorded.iter().any(|column| column.name() == f.name);
+    let range = |f: Factor| Some(((f.of, f.name), if f.name == "depth_mm" { (depth_mm, false) } else { f.range? }));
+    let factors: Vec<_> = FACTORS.into_iter().filter(is_recorded).filter_map(range).collect();
     let mut out: Vec<(&str, Vec<PlannedRun>)> = Vec::new();
     for shares in [even(), ends()] {
         for column in own.iter().filter(|column| column.derived.is_none()) {
             let set = |r: &mut PlannedRun, v: f64| {
                 r.own.insert(column.name.clone(), v);
             };
-            out.push((&column.name, single(&shares, column.range, false, set)));
+            out.push((&column.name, single(&shares, (column.range, false), set)));
         }
-        let mut add = |name: &'static str, range, logarithmic, set: fn(&mut PlannedRun, f64)| {
-            out.push((name, single(&shares, range, logarithmic, set)));
-        };
-        add("dwell_s", [0.3, 30.0], true, |r, v| r.dwell_s = Some(v));
-        add("depth_mm", depth_mm, false, |r, v| r.depth_mm = Some(v));
-        add("speed_mm_s", [0.5, 20.0], true, |r, v| r.speed_mm_s = Some(v));
-        if set.has(Column::Hydration) {
-            add("hydration_au", [15.0, 75.0], false, |r, v| r.hydration_au = Some(v));
-        }
-        if set.has(Column::Temperature) {
-            add("temperature_c", [27.0, 36.0], false, |r, v| r.temperature_c = Some(v));
+        for ((of, name), range) in &factors {
+            out.push((name, single(&shares, *range, |r, v| *of(r) = Some(v))));
         }
     }
     // Shallow strokes alone: an error of the touch point shows most in their friction, a pull-off not at all.
     let shallow = SHALLOW.map(|s| s * depth_mm[0]);
-    out.push(("depth_mm", single(&even(), shallow, false, |r, v| r.depth_mm = Some(v))));
-    out.push(("direction_deg", single(&even(), [0.0, 336.0], false, |r, v| r.direction_deg = Some(v))));
+    out.push(("depth_mm", single(&even(), (shallow, false), |r, v| r.depth_mm = Some(v))));
+    out.push(("direction_deg", single(&even(), ([0.0, 336.0], false), |r, v| r.direction_deg = Some(v))));
     out.push((
         "reverse",
-        single(&even(), [3.0, 8.0], false, |r, v| {
+        single(&even(), ([3.0, 8.0], false), |r, v| {
             r.length_mm = Some(v);
             r.reverse = Some(true);
         }),
@@ -117,15 +109,9 @@ pub fn candidate_designs<'a>(
     };
     for (share, of_own) in [(orders, orders_of_own), (corners, corners_of_own)] {
         let all = (0..STROKES).map(|i| {
-            let at = |k: usize, [low, high]: [f64; 2]| low + (high - low) * share(i, k);
             let round = |v: f64| (v * 100.0).round() / 100.0;
-            PlannedRun {
-                depth_mm: Some(round(at(0, depth_mm))),
-                speed_mm_s: Some(round(0.5 * 40f64.powf(at(1, [0.0, 1.0])))),
+            let mut run = PlannedRun {
                 direction_deg: Some((24 * (7 * i + 7)) as f64 % 360.0),
-                dwell_s: Some(round(0.3 * 100f64.powf(at(2, [0.0, 1.0])))),
-                hydration_au: set.has(Column::Hydration).then(|| round(at(3, [15.0, 75.0]))),
-                temperature_c: set.has(Column::Temperature).then(|| round(at(4, [27.0, 36.0]))),
                 rest_before_s: Some(if i % 4 == 0 { 60.0 } else { 2.0 }),
                 new_block: Some(i % 4 == 0),
                 own: own
@@ -134,7 +120,11 @@ pub fn candidate_designs<'a>(
                     .map(|(k, c)| (c.name.clone(), round(c.range[0] + (c.range[1] - c.range[0]) * of_own(i, k))))
                     .collect(),
                 ..PlannedRun::default()
+            };
+            for (k, ((of, _), range)) in factors.iter().enumerate() {
+                *of(&mut run) = Some(round(at(*range, share(i, k))));
             }
+            run
         });
         out.push(("all", all.collect()));
     }
@@ -150,8 +140,8 @@ pub struct PlanConstraints {
     pub least_rest_s: f64,
 }
 
-/// Rest in which moisture or temperature of the skin settle at another value, s.
-const STATE_REST_S: f64 = 300.0;
+/// Rest after which a finger has recovered as after a pause of the session, s.
+const BLOCK_REST_S: f64 = 300.0;
 
 /// What a stroke sets that takes time to settle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,9 +153,9 @@ struct Slow {
 
 /// What of a stroke takes time to settle, the slowest first.
 fn slow(run: &PlannedRun, own: &[OwnColumn]) -> Vec<Slow> {
-    let state = [run.hydration_au, run.temperature_c].map(|value| (value, STATE_REST_S));
+    let state = FACTORS.iter().filter(|f| f.settle_s > 0.0).map(|f| (f.value(run), f.settle_s));
     let of_own = own.iter().map(|c| (run.own.get(&c.name).copied(), c.settle_s));
-    let all = state.into_iter().chain(of_own).enumerate();
+    let all = state.chain(of_own).enumerate();
     let mut out: Vec<Slow> = all
         .filter_map(|(factor, (value, settle_s))| value.map(|value| Slow { factor, value, settle_s }))
         .filter(|s| s.settle_s > 0.0)
@@ -192,17 +182,9 @@ impl PlanConstraints {
             return None;
         }
         for run in &mut runs {
-            let keep = |column: &str, value: &mut Option<f64>| {
-                if !self.allows(column) {
-                    *value = None;
-                }
-            };
-            keep("depth_mm", &mut run.depth_mm);
-            keep("speed_mm_s", &mut run.speed_mm_s);
-            keep("direction_deg", &mut run.direction_deg);
-            keep("dwell_s", &mut run.dwell_s);
-            keep("hydration_au", &mut run.hydration_au);
-            keep("temperature_c", &mut run.temperature_c);
+            for factor in FACTORS.iter().filter(|f| f.name != "rest_before_s" && !self.allows(f.name)) {
+                *(factor.of)(run) = None;
+            }
             run.own.retain(|column, _| self.allows(column));
             run.rest_before_s = run.rest_before_s.map(|s| s.max(self.least_rest_s));
         }
@@ -218,7 +200,7 @@ impl PlanConstraints {
             if settle_s > 0.0 {
                 run.rest_before_s = Some(run.rest_before_s.unwrap_or(0.0).max(settle_s));
             }
-            if settle_s >= STATE_REST_S {
+            if settle_s >= BLOCK_REST_S {
                 run.new_block = Some(true);
             }
             before = settling;
@@ -323,7 +305,7 @@ mod tests {
         let strokes = [60.0, 20.0, 40.0].map(|h| PlannedRun { hydration_au: Some(h), ..moist.clone() });
         let runs = PlanConstraints::default().apply("hydration_au", strokes.to_vec(), &[]).unwrap();
         assert!(runs.windows(2).all(|p| p[0].hydration_au < p[1].hydration_au));
-        assert!(runs.iter().all(|r| r.rest_before_s >= Some(STATE_REST_S)));
+        assert!(runs.iter().all(|r| r.rest_before_s >= Some(BLOCK_REST_S)));
         assert!(minutes(&runs) > 15.0);
     }
 

@@ -332,13 +332,7 @@ fn reading_variances(task: &Task<'_>, laws: &[ActiveLaw], corrections: &[Correct
                 let Some(row) = run.rows.last() else { continue };
                 let at = |by: f64| {
                     let mut moved = *row;
-                    match correction.column() {
-                        Column::Hydration => moved.hydration_au += by,
-                        Column::Temperature => moved.temperature_c += by,
-                        Column::Width => moved.width_mm += by,
-                        Column::Dwell => moved.dwell_s += by,
-                        _ => {}
-                    }
+                    correction.shift(&mut moved, by);
                     let mut change = Change::default();
                     active.law.apply(&active.values, &moved, &mut change);
                     change

@@ -8,12 +8,12 @@ use crate::data::outliers::rails;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::LawsFile;
+use crate::laws::run_columns;
 use crate::selection::scan::why_untestable;
 use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::checked::Checked;
 use crate::verdict::cleaning::{FORCES, before_lift_off};
 use crate::verdict::exchanged::varied_in_calibration;
-use crate::verdict::regions::COLUMNS;
 
 /// Lines on the ranges of both sets, on what the calibration does not cover, and on the laws that can be tested.
 ///
@@ -35,7 +35,7 @@ pub fn preflight_report(calibration: &RunSet, measured: &RunSet, own: &LawsFile)
         ));
     }
     let of_own = own.own_columns().into_iter().zip(own.columns.iter().map(|c| c.unit.as_str()));
-    for (column, unit) in COLUMNS.into_iter().chain(of_own) {
+    for (column, unit) in run_columns::law_columns().map(|(c, known)| (c, known.unit)).chain(of_own) {
         let range = |set: &RunSet| {
             let values: Vec<f64> = set.runs.iter().map(|r| r.value(column)).filter(|v| v.is_finite()).collect();
             if values.is_empty() || !set.has(column) {

@@ -11,6 +11,7 @@ use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
+use crate::laws::run_columns::{self, RunColumn};
 use crate::laws::{Column, LawsFile};
 use crate::schema::Caution;
 use crate::statistics::tails::LEAST_GAIN;
@@ -24,16 +25,7 @@ const MUCH_MORE: f64 = 4.0;
 /// Factor from which on the measured set varies a column more.
 const MORE: f64 = 1.5;
 
-/// A condition: its column, whether it is compared by its logarithm, and the least standard deviation over runs that is more
-/// than scatter of one setting.
-const CONDITIONS: [(Column, bool, f64); 5] = [
-    (Column::Speed, true, 0.3),
-    (Column::Dwell, true, 0.3),
-    (Column::Hydration, false, 5.0),
-    (Column::Temperature, false, 1.0),
-    (Column::Width, false, 0.6),
-];
-/// The same of a column of a user's own, as a share of its range.
+/// Least standard deviation of a column of a user's own, as a share of its range.
 const LEAST_OF_RANGE: f64 = 0.05;
 
 fn spread(set: &RunSet, column: Column, by_logarithm: bool) -> Option<f64> {
@@ -52,8 +44,12 @@ fn spread(set: &RunSet, column: Column, by_logarithm: bool) -> Option<f64> {
 pub fn varied_in_calibration(calibration: &RunSet, measured: &RunSet, own: &LawsFile) -> Vec<Column> {
     let of_own = own.own_columns().into_iter().zip(&own.columns);
     let of_own = of_own.map(|(column, c)| (column, false, LEAST_OF_RANGE * (c.range[1] - c.range[0])));
+    let condition = |(column, known): (Column, &RunColumn)| {
+        known.condition.map(|(by_logarithm, least)| (column, by_logarithm, least))
+    };
+    let conditions = run_columns::law_columns().filter_map(condition);
     let mut out = Vec::new();
-    for (column, by_logarithm, least) in CONDITIONS.into_iter().chain(of_own) {
+    for (column, by_logarithm, least) in conditions.chain(of_own) {
         let [a, b] = [calibration, measured].map(|set| spread(set, column, by_logarithm));
         let (Some(a), Some(b)) = (a, b) else { continue };
         if b > least && b > MORE * a {

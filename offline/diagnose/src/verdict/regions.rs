@@ -3,6 +3,7 @@
 //! Main type: [`Maps`].
 
 use crate::data::runs::RunSet;
+use crate::laws::run_columns;
 use crate::laws::{Column, LawsFile, Row};
 use crate::schema::{Region, Verdict};
 use crate::verdict::evidence::FULL_SLIP_MM;
@@ -65,20 +66,6 @@ impl Maps {
 
 /// Channels of a residual map.
 pub const CHANNELS: [&str; 3] = ["normal", "friction", "across"];
-/// Columns of a residual map with their units.
-pub const COLUMNS: [(Column, &str); 11] = [
-    (Column::Depth, "mm"),
-    (Column::Slide, "mm"),
-    (Column::ContactTime, "s"),
-    (Column::Time, "s"),
-    (Column::Speed, "mm/s"),
-    (Column::Direction, "degree"),
-    (Column::Dwell, "s"),
-    (Column::Occlusion, "s"),
-    (Column::Hydration, "a.u."),
-    (Column::Temperature, "°C"),
-    (Column::Width, "mm"),
-];
 /// Bins of a column.
 pub const BINS: usize = 6;
 
@@ -106,34 +93,13 @@ fn pairs(set: &RunSet, residual_n: &[f64]) -> Vec<[Pair; 3]> {
         .collect()
 }
 
-/// Value of a column in a row.
+/// Value of a column in a row; none of the motion where there is none.
 fn value(column: Column, run: &crate::data::runs::Run, row: usize) -> f64 {
-    let r = &run.rows[row];
+    let row = &run.rows[row];
     match column {
-        Column::Time => r.t_s,
-        Column::Depth => r.depth_mm,
-        Column::ContactTime => r.contact_time_s,
-        Column::Speed => {
-            if r.speed_mm_s > 0.0 {
-                r.speed_mm_s
-            } else {
-                f64::NAN
-            }
-        }
-        Column::Direction => {
-            if r.along == [0.0; 2] {
-                f64::NAN
-            } else {
-                r.along[1].atan2(r.along[0]).to_degrees()
-            }
-        }
-        Column::Dwell => r.dwell_s,
-        Column::Occlusion => r.occlusion_s,
-        Column::Hydration => r.hydration_au,
-        Column::Temperature => r.temperature_c,
-        Column::Width => r.width_mm,
-        Column::Slide => r.path_mm,
-        Column::Own { place, .. } => r.own[usize::from(place)],
+        Column::Speed if !(row.speed_mm_s > 0.0) => f64::NAN,
+        Column::Direction if row.along == [0.0; 2] => f64::NAN,
+        _ => run_columns::value(column, row),
     }
 }
 
@@ -144,7 +110,9 @@ pub fn residual_map(set: &RunSet, own: &LawsFile, residual_n: &[f64]) -> Vec<Reg
     let pairs = pairs(set, residual_n);
     let mut out = Vec::new();
     let of_own = own.own_columns().into_iter().zip(own.columns.iter().map(|c| c.unit.as_str()));
-    for (column, unit) in COLUMNS.into_iter().chain(of_own).filter(|(c, _)| set.has(*c)) {
+    for (column, unit) in
+        run_columns::law_columns().map(|(c, known)| (c, known.unit)).chain(of_own).filter(|(c, _)| set.has(*c))
+    {
         let Some(edges) = bin_edges(set, column, &pairs) else { continue };
         for bin in 0..edges.len().saturating_sub(1) {
             let range = [edges[bin], edges[bin + 1]];

@@ -15,7 +15,7 @@ use crate::data::csv_text::{CsvRows, short};
 use crate::data::median::median;
 use crate::data::runs::RunSet;
 use crate::data::runs_csv;
-use crate::laws::run_columns::{REQUIRED, RUN_COLUMNS, RunColumn};
+use crate::laws::run_columns::{self, REQUIRED, RunColumn, run_columns};
 use crate::laws::{Column, LAWS};
 use crate::selection::scan::why_untestable;
 
@@ -92,16 +92,16 @@ fn split_unit(name: &str) -> (String, Option<&str>) {
 /// Which column of the file is which of ours: by its exact name or that of `--map`, or else by a usual name.
 fn recognised<'h>(header: &'h [String], map: &ColumnMap) -> Vec<(&'static str, usize, bool, Option<&'h str>)> {
     let mut out = Vec::new();
-    for known in RUN_COLUMNS {
+    for known in run_columns() {
         if let Some(place) = header.iter().position(|name| name == map.name(known.name)) {
             out.push((known.name, place, false, None));
         }
     }
-    for RunColumn { name: column, usual, .. } in RUN_COLUMNS {
+    for RunColumn { name: column, usual, .. } in run_columns() {
         let taken = |place: usize| out.iter().any(|(_, other, ..)| *other == place);
         let found = usual.iter().find_map(|usual| header.iter().position(|name| split_unit(name).0 == *usual));
         if let Some(place) = found.filter(|place| !taken(*place))
-            && !out.iter().any(|(other, ..)| *other == column)
+            && !out.iter().any(|(other, ..)| *other == *column)
         {
             out.push((column, place, true, split_unit(&header[place]).1));
         }
@@ -121,7 +121,7 @@ pub fn survey(path: &Path, map: Option<&str>, unit: Option<&str>) -> Result<Surv
     let open = || File::open(path).map(BufReader::new).map_err(failed);
     let ours = |name: &str| {
         let bare = split_unit(name).0;
-        RUN_COLUMNS.iter().any(|known| given.name(known.name) == name || known.usual.contains(&bare.as_str()))
+        run_columns().iter().any(|known| given.name(known.name) == name || known.usual.contains(&bare.as_str()))
     };
     let mut cells = CsvRows::open(path, open()?, ours)?;
     let header = cells.header().to_vec();
@@ -138,7 +138,7 @@ pub fn survey(path: &Path, map: Option<&str>, unit: Option<&str>) -> Result<Surv
     }
     let (maps, units) = (maps.join(","), units.join(","));
     let used = ColumnMap::parse(Some(&maps), Some(&units)).map_err(SurveyError::Options)?;
-    let is_text = |column: &str| RUN_COLUMNS.iter().any(|known| known.is_text && known.name == column);
+    let is_text = |column: &str| run_columns().iter().any(|known| known.is_text && known.name == column);
     let numbers: Vec<(&str, usize)> =
         known.iter().filter(|k| !is_text(k.0)).map(|(column, place, ..)| (*column, *place)).collect();
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); numbers.len()];
@@ -169,11 +169,8 @@ pub fn survey(path: &Path, map: Option<&str>, unit: Option<&str>) -> Result<Surv
     let lacks = |needed: &[&str]| needed.iter().filter(|c| !has(c)).map(|c| (*c).to_owned()).collect::<Vec<_>>();
     let analysis = |command: &str, needed: &[&str]| Analysis { command: command.into(), lacks: lacks(needed) };
     let analyses = vec![
-        analysis("fingerpad diagnose --calibration ... --measured ...", &REQUIRED),
-        analysis(
-            "fingerpad diagnose --force-only --measured ...",
-            &["t_s", "normal_force_n", "friction_x_n", "friction_y_n"],
-        ),
+        analysis("fingerpad diagnose runs --calibration ... --measured ...", &REQUIRED),
+        analysis("fingerpad diagnose trace ...", &["t_s", "normal_force_n", "friction_x_n", "friction_y_n"]),
     ];
     let mut out = Survey {
         file: path.display().to_string(),
@@ -246,22 +243,17 @@ fn of_runs(set: &RunSet) -> Vec<StrokeRange> {
         (n > 0.01).then(|| x.hypot(y) / n)
     });
     let air = set.runs.iter().map(|run| run.rows.iter().filter(|row| !(row.depth_mm > 0.0)).count() as f64);
-    [
-        range("depth", "mm", of(Column::Depth)),
+    let columns =
+        run_columns::law_columns().filter(|(column, _)| !matches!(column, Column::Time | Column::ContactTime));
+    let columns = columns.map(|(column, known)| {
+        range(known.words, known.unit, of(column).filter(|v| column != Column::Speed || *v > 0.0))
+    });
+    let forces = [
         range("largest load", "N", load),
         range("friction over load at the end", "", ratio),
-        range("speed", "mm/s", of(Column::Speed).filter(|v| *v > 0.0)),
-        range("direction", "deg", of(Column::Direction)),
-        range("path of the plate", "mm", of(Column::Slide)),
-        range("hold before the slide", "s", of(Column::Dwell)),
-        range("moisture", "a.u.", of(Column::Hydration)),
-        range("temperature", "C", of(Column::Temperature)),
-        range("width of the finger", "mm", of(Column::Width)),
         range("rows in the air", "", air),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    ];
+    columns.chain(forces).flatten().collect()
 }
 
 /// Share of the range of the position that a stroke covers at least.

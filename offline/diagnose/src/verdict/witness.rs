@@ -8,6 +8,7 @@
 
 use crate::data::median::median;
 use crate::data::runs::{Run, RunSet};
+use crate::laws::run_columns;
 use crate::laws::{Change, Column, Law, Place};
 use crate::model::active_law::ActiveLaw;
 use crate::schema::{Confidence, Diagnosis, Seen, Verdict, Witness};
@@ -23,18 +24,6 @@ const LEAST_LOAD_N: f64 = 0.02;
 const LEAST_DEGREES: usize = 8;
 /// Standard deviations by which an effect of the claimed size must be expected to show before its absence speaks against it.
 const EXPECTED: f64 = 5.0;
-
-/// Columns of which a run has one value, in which friction and normal force may differ between runs.
-const DRIVERS: [Column; 8] = [
-    Column::Time,
-    Column::Hydration,
-    Column::Temperature,
-    Column::Speed,
-    Column::Direction,
-    Column::Dwell,
-    Column::Occlusion,
-    Column::Width,
-];
 
 /// A run as the regressions see it: the logarithm of its statistic, what belongs to the finger, and the row that it stands for.
 struct Summary<'a> {
@@ -148,7 +137,8 @@ impl Regression {
         if measured.is_empty() {
             return None;
         }
-        let varied = DRIVERS.into_iter().filter(|c| set.has(*c)).map(|c| (c, of_driver(c)));
+        let varied =
+            run_columns::of_runs().chain([Column::Direction]).filter(|c| set.has(*c)).map(|c| (c, of_driver(c)));
         let drivers: Vec<_> = varied.filter(|(_, terms)| basis(terms).len() == terms.len()).collect();
         let place = if channel == "friction" { Place::Strength } else { Place::Stiffness };
         let change = |active: &ActiveLaw, s: &Summary<'_>| {

@@ -13,7 +13,7 @@ mod residual_map;
 mod words;
 
 use super::{Picture, Rendered, ReportError};
-use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, Plot, ReducedDiagnosis};
+use fingerpad_diagnose::{Diagnosis, Evidence, FACTORS, NextExperiment, Plot, ReducedDiagnosis};
 pub use repeated::sentences as repetitions;
 pub use words::{cautions, summary, word};
 
@@ -91,25 +91,20 @@ fn own_columns(plan: &NextExperiment) -> Vec<&str> {
 /// The strokes of the next experiment as a CSV file; blank cells are the reference conditions.
 pub fn plan_csv(plan: &NextExperiment) -> String {
     let own = own_columns(plan);
-    let mut out = "run,depth_mm,speed_mm_s,direction_deg,dwell_s,hydration_au,temperature_c,length_mm,rest_before_s,new_block,reverse".to_owned();
+    let mut out = ["run"]
+        .into_iter()
+        .chain(FACTORS.iter().map(|f| f.name))
+        .chain(["new_block", "reverse"])
+        .collect::<Vec<_>>()
+        .join(",");
     own.iter().for_each(|name| out += &format!(",{name}"));
     out.push('\n');
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
     let flag = |v: Option<bool>| v.map_or_else(String::new, |v| v.to_string());
     for (i, r) in plan.runs.iter().enumerate() {
-        let mut cells = vec![
-            (i + 1).to_string(),
-            number(r.depth_mm),
-            number(r.speed_mm_s),
-            number(r.direction_deg),
-            number(r.dwell_s),
-            number(r.hydration_au),
-            number(r.temperature_c),
-            number(r.length_mm),
-            number(r.rest_before_s),
-            flag(r.new_block),
-            flag(r.reverse),
-        ];
+        let mut cells = vec![(i + 1).to_string()];
+        cells.extend(FACTORS.iter().map(|f| number(f.value(r))));
+        cells.extend([flag(r.new_block), flag(r.reverse)]);
         cells.extend(own.iter().map(|name| number(r.own.get(*name).copied())));
         out += &(cells.join(",") + "\n");
     }

@@ -6,7 +6,7 @@ use super::{repeated, words};
 use crate::Picture;
 use crate::html::{captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{Diagnosis, EffectFound};
+use fingerpad_diagnose::{Diagnosis, EffectFound, FACTORS};
 
 /// The page as one file.
 pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
@@ -141,16 +141,17 @@ fn next(report: &Diagnosis) -> Markup {
     let strokes = html! {
         @for (i, r) in plan.runs.iter().enumerate() {
             tr {
-                (cell(i + 1)) (number(r.depth_mm)) (number(r.speed_mm_s)) (number(r.direction_deg)) (number(r.dwell_s))
-                (number(r.hydration_au)) (number(r.temperature_c)) (number(r.length_mm)) (number(r.rest_before_s))
+                (cell(i + 1))
+                @for factor in &FACTORS { (number(factor.value(r))) }
                 (flag(r.new_block)) (flag(r.reverse))
                 @for name in &own { (number(r.own.get(*name).copied())) }
             }
         }
     };
     let columns = html! {
-        th {} th { "depth, mm" } th { "speed, mm/s" } th { "direction, °" } th { "hold, s" } th { "moisture, a.u." }
-        th { "temperature, °C" } th { "length, mm" } th { "rest before, s" } th { "new block" } th { "reverse" }
+        th {}
+        @for factor in &FACTORS { th { (factor.words) } }
+        th { "new block" } th { "reverse" }
         (heads(&own))
     };
     html! {

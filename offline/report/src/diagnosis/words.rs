@@ -1,8 +1,9 @@
 //! The sentences of a diagnosis; every verdict has its own.
 
 use crate::numbers::{fixed, significant};
+use fingerpad_diagnose::laws::run_columns;
 use fingerpad_diagnose::{
-    COLUMNS, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation,
+    Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation,
     FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict, Witness,
 };
 
@@ -85,23 +86,15 @@ pub fn formula(own: &OwnFormula) -> String {
 
 /// Unit of a column: one of the program's or of a user's file.
 pub fn unit<'a>(name: &str, own: &'a LawsFile) -> &'a str {
-    let known = COLUMNS.iter().find(|(c, _)| c.name() == name).map(|(_, unit)| *unit);
+    let known = run_columns::law_columns().find(|(c, _)| c.name() == name).map(|(_, known)| known.unit);
     known.or(own.columns.iter().find(|c| c.name == name).map(|c| c.unit.as_str())).unwrap_or("")
 }
 
 /// A column as an axis names it: in words, with its unit.
 pub fn axis(name: &str, unit: &str) -> String {
-    let plain = match name {
-        "t_s" => "clock",
-        "speed_mm_s" => "speed",
-        "direction_deg" => "direction",
-        "hydration_au" => "hydration",
-        "temperature_c" => "temperature",
-        other => {
-            let ending = format!("_{}", unit.to_lowercase().replace(['°', '/'], ""));
-            other.strip_suffix("_mm").or(other.strip_suffix("_s")).or(other.strip_suffix(&ending)).unwrap_or(other)
-        }
-    };
+    let ending = format!("_{}", unit.to_lowercase().replace(['°', '/'], ""));
+    let bare = || name.strip_suffix("_mm").or(name.strip_suffix("_s")).or(name.strip_suffix(&ending)).unwrap_or(name);
+    let plain = run_columns::law_columns().find(|(c, _)| c.name() == name).map_or_else(bare, |(_, known)| known.words);
     let comma = if unit.is_empty() { "" } else { ", " };
     format!("{}{comma}{unit}", plain.replace('_', " "))
 }
@@ -552,7 +545,7 @@ mod tests {
         assert_eq!(axis("voltage_v", "V"), "voltage, V");
         assert_eq!(axis("frame_temperature_c", "°C"), "frame temperature, °C");
         assert_eq!(axis("grade", ""), "grade");
-        assert_eq!(axis("dwell_s", "s"), "dwell, s");
+        assert_eq!(axis("dwell_s", "s"), "hold, s");
     }
 
     #[test]
