@@ -70,8 +70,9 @@ pub fn strokes_of(runs: &[Run]) -> Vec<Stroke> {
     runs.iter().map(stroke_of).collect()
 }
 
-/// The changes of the model by one law, in every row of the runs.
-type ChangesByLaw = Arc<Vec<ModelChange>>;
+/// The changes of the model by one law, in every row of the runs: the numbers that it changes, each with its place in [`numbers`] and a
+/// value per row. A law changes one or two of them.
+type ChangesByLaw = Arc<Vec<(usize, Vec<f64>)>>;
 
 /// Changes by single laws, as they were computed last: of the laws in force most predictions move one.
 #[derive(Default)]
@@ -79,20 +80,17 @@ pub struct KnownChanges(Mutex<Vec<(ActiveLaw, ChangesByLaw)>>);
 
 impl KnownChanges {
     /// Laws whose changes are kept.
-    const MOST: usize = 6;
+    const MOST: usize = 16;
 
     fn of(&self, runs: &[Run], active: &ActiveLaw) -> ChangesByLaw {
-        let mut known = self.0.lock().expect("no thread panics with it");
-        let place = known.iter().position(|(k, _)| std::ptr::eq(k.law, active.law) && k.values == active.values);
-        let (active, changes) = place.map_or_else(
-            || {
-                let mut out = vec![ModelChange::default(); runs.iter().map(|r| r.rows.len()).sum()];
-                let rows = runs.iter().flat_map(|run| &run.rows);
-                rows.zip(&mut out).for_each(|(row, change)| active.law.apply(&active.values, row, change));
-                (active.clone(), Arc::new(out))
-            },
-            |place| known.remove(place),
-        );
+        let held = || self.0.lock().expect("no thread panics with it");
+        let taken = {
+            let mut known = held();
+            let place = known.iter().position(|(k, _)| std::ptr::eq(k.law, active.law) && k.values == active.values);
+            place.map(|place| known.remove(place))
+        };
+        let (active, changes) = taken.unwrap_or_else(|| (active.clone(), Arc::new(by_law(runs, active))));
+        let mut known = held();
         known.push((active, changes.clone()));
         let oldest = known.len().saturating_sub(Self::MOST);
         known.drain(..oldest);
@@ -100,18 +98,34 @@ impl KnownChanges {
     }
 }
 
-/// Puts one change on top of another: factors multiply, all else adds up, as laws do it themselves.
-fn put_on(change: &mut ModelChange, by: &ModelChange) {
-    // All fields by name: a new one has to say how it is put on top.
-    let ModelChange { strength, stiffness, depth_mm, reading_n, cross, gain, drag_n, adhesion_n } = *by;
-    change.strength *= strength;
-    change.stiffness *= stiffness;
-    change.depth_mm += depth_mm;
-    (0..3).for_each(|k| change.reading_n[k] += reading_n[k]);
-    (0..2).for_each(|k| change.cross[k] += cross[k]);
-    change.gain += gain;
-    change.drag_n += drag_n;
-    change.adhesion_n += adhesion_n;
+/// The numbers of a change. Of several laws the first [`FACTORS`] multiply, all others add up, as laws do it themselves.
+fn numbers(change: &mut ModelChange) -> [&mut f64; 11] {
+    // All fields by name: a new one has to say how laws combine in it.
+    let ModelChange { strength, stiffness, depth_mm, reading_n: [n, x, y], cross: [cx, cy], gain, drag_n, adhesion_n } =
+        change;
+    [strength, stiffness, depth_mm, n, x, y, cx, cy, gain, drag_n, adhesion_n]
+}
+
+/// Numbers of a change that are factors.
+const FACTORS: usize = 2;
+
+fn by_law(runs: &[Run], active: &ActiveLaw) -> Vec<(usize, Vec<f64>)> {
+    let rows = runs.iter().map(|r| r.rows.len()).sum();
+    let untouched = numbers(&mut ModelChange::default()).map(|v| *v);
+    let mut columns = untouched.map(|_| Vec::new());
+    for (i, row) in runs.iter().flat_map(|run| &run.rows).enumerate() {
+        let mut change = ModelChange::default();
+        active.law.apply(&active.values, row, &mut change);
+        for ((column, value), usual) in columns.iter_mut().zip(numbers(&mut change)).zip(untouched) {
+            if *value != usual && column.is_empty() {
+                column.resize(rows, usual);
+            }
+            if let Some(place) = column.get_mut(i) {
+                *place = *value;
+            }
+        }
+    }
+    columns.into_iter().enumerate().filter(|(_, column)| !column.is_empty()).collect()
 }
 
 /// Changes of the model in every row, run by run: by a perturbation, by the run's random effects, and by laws.
@@ -132,10 +146,14 @@ pub fn changes(
             depth_mm: perturbation.depth_mm + own[RandomEffect::DepthZero.index()],
             ..ModelChange::default()
         };
-        out.resize(out.len() + run.rows.len(), uniform);
-    }
-    for by_law in &by_laws {
-        out.iter_mut().zip(&**by_law).for_each(|(change, by)| put_on(change, by));
+        let (from, to) = (out.len(), out.len() + run.rows.len());
+        out.resize(to, uniform);
+        for (number, values) in by_laws.iter().flat_map(|by_law| by_law.iter()) {
+            for (change, value) in out[from..].iter_mut().zip(&values[from..to]) {
+                let place = &mut *numbers(change)[*number];
+                *place = if *number < FACTORS { *place * value } else { *place + value };
+            }
+        }
     }
     out
 }

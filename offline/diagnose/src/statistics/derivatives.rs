@@ -3,8 +3,11 @@
 //!
 //! Main type: [`Derivatives`], reused between fits that start nearby.
 
+use std::convert::Infallible;
+
 use nalgebra::DMatrix;
 
+use fingerpad_formats::in_threads;
 use fingerpad_smooth::{Parameter, Parameters};
 
 use crate::laws::Place;
@@ -16,6 +19,8 @@ use crate::statistics::precision::Block;
 use crate::statistics::random_effects::RandomEffectColumns;
 use crate::statistics::task::Task;
 
+/// Observations from which on columns are computed side by side.
+const MANY: usize = 30_000;
 /// Step by which a parameter is perturbed.
 const PARAMETER_STEP: f64 = 2e-4;
 
@@ -50,19 +55,17 @@ impl Task<'_> {
     ) -> Derivatives {
         let inputs = self.inputs(laws, random_effects, Perturbation::default());
         let history = inputs.element_history(&self.reference.model(parameters));
-        let of_parameters: Vec<Vec<f64>> = Parameter::all()
-            .map(|p| {
-                let mut moved = *parameters;
-                moved[p] += PARAMETER_STEP;
-                let model = self.reference.model(&moved);
-                let after = if inputs.history_depends_on(p) {
-                    inputs.predict_n(&model)
-                } else {
-                    inputs.readings_n(&model, &history)
-                };
-                self.difference_column(&after, prediction, PARAMETER_STEP)
-            })
-            .collect();
+        let of_parameters = self.columns(Parameter::all().collect(), |p| {
+            let mut moved = *parameters;
+            moved[p] += PARAMETER_STEP;
+            let model = self.reference.model(&moved);
+            let after = if inputs.history_depends_on(p) {
+                inputs.predict_n(&model)
+            } else {
+                inputs.readings_n(&model, &history)
+            };
+            self.difference_column(&after, prediction, PARAMETER_STEP)
+        });
         // Last, as they move the depths, for which a trajectory is computed.
         let random_effects = self.random_effect_columns(parameters, laws, random_effects, prediction);
         let of_parameters = of_parameters.into_iter().map(|c| random_effects.observed(c)).collect();
@@ -114,8 +117,6 @@ impl Task<'_> {
         random_effects: &RandomEffects,
         prediction: &[f64],
     ) -> Vec<Vec<f64>> {
-        let mut columns = Vec::new();
-        let mut moved = laws.to_vec();
         let model = self.reference.model(parameters);
         let of_readings = |active: &ActiveLaw| matches!(active.law.place, Place::Reading | Place::Drag | Place::Rim);
         // What acts on the readings alone leaves the elements as they are.
@@ -123,28 +124,35 @@ impl Task<'_> {
             .iter()
             .any(of_readings)
             .then(|| self.inputs(laws, random_effects, Perturbation::default()).element_history(&model));
-        for (i, active) in laws.iter().enumerate() {
-            for k in 0..active.values.len() {
-                let q = to_fitted(active, k);
-                let mut step = if k < active.law.linear { 2e-3 * active.law.parameters[k].typical.abs() } else { 2e-3 };
-                if !is_log(active, k) && k >= active.law.linear {
-                    let p = &active.law.parameters[k];
-                    step = 2.5e-4 * (p.high - p.low);
-                }
-                set_fitted(&mut moved[i], k, q + step);
-                if to_fitted(&moved[i], k) == q {
-                    step = -step;
-                    set_fitted(&mut moved[i], k, q + step);
-                }
-                let inputs = self.inputs(&moved, random_effects, Perturbation::default());
-                let after = match &history {
-                    Some(history) if of_readings(active) => inputs.readings_n(&model, history),
-                    _ => inputs.predict_n(&model),
-                };
-                columns.push(self.difference_column(&after, prediction, step));
-                moved[i] = active.clone();
+        let places = laws.iter().enumerate().flat_map(|(i, active)| (0..active.values.len()).map(move |k| (i, k)));
+        self.columns(places.collect(), |(i, k)| {
+            let active = &laws[i];
+            let q = to_fitted(active, k);
+            let mut step = if k < active.law.linear { 2e-3 * active.law.parameters[k].typical.abs() } else { 2e-3 };
+            if !is_log(active, k) && k >= active.law.linear {
+                let p = &active.law.parameters[k];
+                step = 2.5e-4 * (p.high - p.low);
             }
-        }
-        columns
+            let mut moved = laws.to_vec();
+            set_fitted(&mut moved[i], k, q + step);
+            if to_fitted(&moved[i], k) == q {
+                step = -step;
+                set_fitted(&mut moved[i], k, q + step);
+            }
+            let inputs = self.inputs(&moved, random_effects, Perturbation::default());
+            let after = match &history {
+                Some(history) if of_readings(active) => inputs.readings_n(&model, history),
+                _ => inputs.predict_n(&model),
+            };
+            self.difference_column(&after, prediction, step)
+        })
+    }
+
+    /// A column for each of a list, on several threads where there are many observations.
+    fn columns<T: Send>(&self, of: Vec<T>, column: impl Fn(T) -> Vec<f64> + Sync) -> Vec<Vec<f64>> {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = if self.sigma_n.len() < MANY { 1 } else { cores.min(of.len()) };
+        let columns = in_threads(of, threads, |one| Ok::<_, Infallible>(column(one)));
+        columns.unwrap_or_else(|never| match never {})
     }
 }

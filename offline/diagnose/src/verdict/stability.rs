@@ -16,6 +16,10 @@ const FEWEST_RUNS: usize = 5;
 
 /// Most rows of a run in these decisions, which are many. They are compared with one another alone.
 const ROWS: usize = 80;
+/// Rows from which on runs have fewer than that, down to the rows that the shape of a run needs.
+const ALL_ROWS: usize = 4800;
+/// Rows that the shape of a run needs.
+const SHAPE: usize = 30;
 
 /// Decides the measured set without each of `groups` groups of its runs, on `threads` threads. Each run is in one group; the
 /// groups are drawn by the seed of the diagnosis, so that no regular protocol loses a condition at once. `None` where fewer
@@ -27,12 +31,13 @@ pub fn stability(again: &Redecision<'_>, groups: usize, threads: usize, tick: &(
     if groups < 2 || runs - runs.div_ceil(groups) < FEWEST_RUNS {
         return None;
     }
+    let rows = (ALL_ROWS / runs).clamp(SHAPE, ROWS);
     let group_of = grouping(runs, groups, again.basis.settings.seed);
     // The last one is the set as it is.
     let outcomes = in_threads(0..=groups, threads.clamp(1, groups + 1), |group| {
         let mut part = set.subset(|run| group_of[run] != group);
         part.runs.iter_mut().for_each(|run| {
-            run.thin(ROWS);
+            run.thin(rows);
         });
         let outcome = again.outcome(&part);
         tick();
@@ -72,6 +77,7 @@ mod tests {
     #[test]
     fn each_run_is_in_one_of_equal_groups() {
         for (runs, groups) in [(60, 10), (16, 10), (7, 3)] {
+            let rows = (ALL_ROWS / runs).clamp(SHAPE, ROWS);
             let group_of = grouping(runs, groups, 1);
             let sizes: Vec<usize> = (0..groups).map(|g| group_of.iter().filter(|of| **of == g).count()).collect();
             assert_eq!(sizes.iter().sum::<usize>(), runs);
