@@ -13,7 +13,9 @@ static model_file pad_file;
 static fingerpad_pad pad;
 static fingerpad_pad_info pad_info;
 static fingerpad_body body;
-static fingerpad_pad_state pad_state;
+static fingerpad_relaxing_pad_state pad_room;
+static fingerpad_pad_state *const pad_state = &pad_room.state;
+static fingerpad_response pad_last;
 static fingerpad_frame_contact framed;
 
 /* The words of a line behind its name; a line has at most eleven. */
@@ -267,13 +269,14 @@ static void begin_over(const char *line)
     wanted.angle_deg = f[2];
     /* Whether the body can be is asked with a copy, so that the contact goes on over the old one where it cannot. */
     {
-        fingerpad_pad_state tried = pad_state;
-        code = fingerpad_pad_step(&pad, &tried, wanted, nothing, &r);
+        fingerpad_relaxing_pad_state tried = pad_room;
+        code = fingerpad_pad_step(&pad, &tried.state, wanted, nothing, &r);
     }
     if (code == FINGERPAD_OK) {
         body = wanted;
-        code = kind == FINGERPAD_BODY_PLANE ? fingerpad_pad_state_init(&pad, &pad_state)
-                                            : fingerpad_pad_state_init_over(&pad, &pad_state, f[3], f[4]);
+        code = kind == FINGERPAD_BODY_PLANE ? fingerpad_relaxing_pad_state_init(&pad, &pad_room)
+                                            : fingerpad_relaxing_pad_state_init_over(&pad, &pad_room, f[3], f[4]);
+        (void)memset(&pad_last, 0, sizeof pad_last);
     }
     (void)printf("%d", (int)code);
 }
@@ -281,7 +284,6 @@ static void begin_over(const char *line)
 static void pad_step(const float *f)
 {
     fingerpad_pad_motion motion;
-    fingerpad_response r;
     motion.depth_mm = f[0];
     motion.slide_x_mm = f[1];
     motion.slide_y_mm = f[2];
@@ -289,8 +291,8 @@ static void pad_step(const float *f)
     motion.pitch_deg = f[4];
     motion.roll_deg = f[5];
     motion.dt_s = f[6];
-    must(fingerpad_pad_step(&pad, &pad_state, body, motion, &r), "step of the pad");
-    print_response(&r);
+    must(fingerpad_pad_step(&pad, pad_state, body, motion, &pad_last), "step of the pad");
+    print_response(&pad_last);
 }
 
 /* A contact in frames; the old one stays where the shape cannot be. */
@@ -341,8 +343,9 @@ static void frame_step(const float *f)
 static void print_patches(void)
 {
     static fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
+    fingerpad_relaxed relaxed;
     uint32_t i;
-    must(fingerpad_pad_patches(&pad, &pad_state, body, patches, FINGERPAD_PATCHES_MAX), "patches");
+    must(fingerpad_pad_patches(&pad, pad_state, body, patches, FINGERPAD_PATCHES_MAX), "patches");
     for (i = 0; i < pad_info.patches; i++) {
         const fingerpad_patch *p = &patches[i];
         print_words(p->place_mm, 3);
@@ -352,14 +355,18 @@ static void print_patches(void)
         print_words(&p->stick_ratio, 1);
         print_words(&p->used, 1);
     }
+    must(fingerpad_pad_relaxed(&pad, pad_state, body, &pad_last, &relaxed), "relaxed");
+    print_words(&relaxed.friction_limit_n, 1);
+    print_words(&relaxed.slip_margin, 1);
 }
 
 static void save_pad(void)
 {
-    uint8_t bytes[FINGERPAD_PAD_STATE_BYTES];
-    must(fingerpad_pad_state_save(&pad, &pad_state, bytes, sizeof bytes), "save the pad's state");
-    (void)memset(&pad_state, 0, sizeof pad_state);
-    must(fingerpad_pad_state_restore(&pad, &pad_state, bytes, pad_info.state_bytes), "restore the pad's state");
+    static uint8_t bytes[FINGERPAD_RELAXING_PAD_STATE_BYTES];
+    must(fingerpad_pad_state_save(&pad, pad_state, bytes, sizeof bytes), "save the pad's state");
+    (void)memset(&pad_room, 0, sizeof pad_room);
+    must(fingerpad_relaxing_pad_state_init(&pad, &pad_room), "room for the pad's state");
+    must(fingerpad_pad_state_restore(&pad, pad_state, bytes, pad_info.state_bytes), "restore the pad's state");
     print_bytes(bytes, pad_info.state_bytes);
 }
 
@@ -380,7 +387,8 @@ static void use_pad(void)
     must(fingerpad_pad_load(&pad, bytes_of(&pad_file), length), "pad");
     pad_file.length = 0;
     must(fingerpad_pad_describe(&pad, &pad_info), "info of the pad");
-    must(fingerpad_pad_state_init(&pad, &pad_state), "state of the pad");
+    must(fingerpad_relaxing_pad_state_init(&pad, &pad_room), "state of the pad");
+    (void)memset(&pad_last, 0, sizeof pad_last);
     body = plane;
     (void)printf("%" PRIu32, pad_info.patches);
 }
@@ -397,7 +405,7 @@ static int answer_of_pad(const char *name, const char *rest, const float *f, siz
     } else if (strcmp(name, "body") == 0) {
         begin_over(rest);
     } else if (strcmp(name, "pad-factor") == 0) {
-        (void)printf("%d", (int)fingerpad_pad_state_set_strength_factor(&pad_state, f[0]));
+        (void)printf("%d", (int)fingerpad_pad_state_set_strength_factor(pad_state, f[0]));
     } else if (strcmp(name, "pad-step") == 0) {
         pad_step(f);
     } else if (strcmp(name, "shape") == 0) {
