@@ -85,7 +85,6 @@ using PadInfo = fingerpad_pad_info;
 using Body = fingerpad_body;
 using Patch = fingerpad_patch;
 using Branch = fingerpad_branch;
-using Relaxed = fingerpad_relaxed;
 using Shape = fingerpad_shape;
 using Pose = fingerpad_pose;
 using Wrench = fingerpad_wrench;
@@ -455,14 +454,6 @@ public:
             code = fingerpad_pad_patches(&pad.c(), Kind::state(&state_), body, out.data(), out.size());
         }
         return detail::result(code, code == FINGERPAD_OK ? out.first(info.patches) : std::span<Patch>());
-    }
-
-    /* What is left of the grip when the tissue has relaxed at the present depth; `response` is that of the last step, on this body. */
-    Result<Relaxed> relaxed(const Pad &pad, const Body &body, const Response &response) const noexcept
-    {
-        Relaxed relaxed{};
-        const std::int32_t code = fingerpad_pad_relaxed(&pad.c(), Kind::state(&state_), body, &response, &relaxed);
-        return detail::result(code, relaxed);
     }
 
     /* Writes `PadInfo::state_bytes` bytes, at most `saved_bytes_max`. */

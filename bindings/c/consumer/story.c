@@ -15,7 +15,6 @@ static fingerpad_pad_info pad_info;
 static fingerpad_body body;
 static fingerpad_relaxing_pad_state pad_room;
 static fingerpad_pad_state *const pad_state = &pad_room.state;
-static fingerpad_response pad_last;
 static fingerpad_frame_contact framed;
 
 /* The words of a line behind its name; a line has at most eleven. */
@@ -44,7 +43,7 @@ static void print_words(const float *numbers, size_t count)
 
 static void print_response(const fingerpad_response *r)
 {
-    const float numbers[16] = {r->normal_force_n,
+    const float numbers[17] = {r->normal_force_n,
                                r->friction_x_n,
                                r->friction_y_n,
                                r->tangential_friction_x_n,
@@ -52,6 +51,7 @@ static void print_response(const fingerpad_response *r)
                                r->stick_ratio,
                                r->friction_limit_n,
                                r->slip_margin,
+                               r->slip_margin_relaxed,
                                r->spin_moment_n_mm,
                                r->tilt_moment_x_n_mm,
                                r->tilt_moment_y_n_mm,
@@ -60,7 +60,7 @@ static void print_response(const fingerpad_response *r)
                                r->contact_area_mm2,
                                r->band_normal_n,
                                r->band_friction_n};
-    print_words(numbers, 16);
+    print_words(numbers, 17);
     (void)printf(" %d %x", (int)r->regime, (unsigned)r->status);
 }
 
@@ -276,7 +276,6 @@ static void begin_over(const char *line)
         body = wanted;
         code = kind == FINGERPAD_BODY_PLANE ? fingerpad_relaxing_pad_state_init(&pad, &pad_room)
                                             : fingerpad_relaxing_pad_state_init_over(&pad, &pad_room, f[3], f[4]);
-        (void)memset(&pad_last, 0, sizeof pad_last);
     }
     (void)printf("%d", (int)code);
 }
@@ -284,6 +283,7 @@ static void begin_over(const char *line)
 static void pad_step(const float *f)
 {
     fingerpad_pad_motion motion;
+    fingerpad_response r;
     motion.depth_mm = f[0];
     motion.slide_x_mm = f[1];
     motion.slide_y_mm = f[2];
@@ -291,8 +291,8 @@ static void pad_step(const float *f)
     motion.pitch_deg = f[4];
     motion.roll_deg = f[5];
     motion.dt_s = f[6];
-    must(fingerpad_pad_step(&pad, pad_state, body, motion, &pad_last), "step of the pad");
-    print_response(&pad_last);
+    must(fingerpad_pad_step(&pad, pad_state, body, motion, &r), "step of the pad");
+    print_response(&r);
 }
 
 /* A contact in frames; the old one stays where the shape cannot be. */
@@ -343,7 +343,6 @@ static void frame_step(const float *f)
 static void print_patches(void)
 {
     static fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
-    fingerpad_relaxed relaxed;
     uint32_t i;
     must(fingerpad_pad_patches(&pad, pad_state, body, patches, FINGERPAD_PATCHES_MAX), "patches");
     for (i = 0; i < pad_info.patches; i++) {
@@ -355,9 +354,6 @@ static void print_patches(void)
         print_words(&p->stick_ratio, 1);
         print_words(&p->used, 1);
     }
-    must(fingerpad_pad_relaxed(&pad, pad_state, body, &pad_last, &relaxed), "relaxed");
-    print_words(&relaxed.friction_limit_n, 1);
-    print_words(&relaxed.slip_margin, 1);
 }
 
 static void save_pad(void)
@@ -388,7 +384,6 @@ static void use_pad(void)
     pad_file.length = 0;
     must(fingerpad_pad_describe(&pad, &pad_info), "info of the pad");
     must(fingerpad_relaxing_pad_state_init(&pad, &pad_room), "state of the pad");
-    (void)memset(&pad_last, 0, sizeof pad_last);
     body = plane;
     (void)printf("%" PRIu32, pad_info.patches);
 }

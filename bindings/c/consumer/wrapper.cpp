@@ -174,7 +174,6 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
         must(b == 0 ? fingerpad_relaxing_pad_state_init(&wrapped, &room) : fingerpad_relaxing_pad_state_init_over(&wrapped, &room, 35.0f, -5.0f),
              "a state");
         expect(same(finger.c(), state), "a new contact of a pad");
-        fp::Response last{};
         for (unsigned i = 0; i < 500; i++) {
             const fp::Motion m = disturbed(i);
             const float swing = std::sin(0.02f * static_cast<float>(i));
@@ -192,11 +191,7 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
             const auto stepped = finger.step(pad, bodies[b], motion);
             must(fingerpad_pad_step(&wrapped, &state, same_bodies[b], motion, &want), "a step of a pad");
             expect(same(must_get(stepped, "a step of a pad"), want) && same(finger.c(), state), "a step of a pad", i);
-            last = want;
         }
-        fp::Relaxed left{};
-        must(fingerpad_pad_relaxed(&wrapped, &state, same_bodies[b], &last, &left), "what is left");
-        expect(same(must_get(finger.relaxed(pad, bodies[b], last), "what is left"), left), "what is left");
         std::array<fp::Patch, FINGERPAD_PATCHES_MAX> got{}, want{};
         const auto patches = must_get(finger.patches(pad, bodies[b], got), "patches");
         must(fingerpad_pad_patches(&wrapped, &state, same_bodies[b], want.data(), want.size()), "patches");

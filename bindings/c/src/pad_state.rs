@@ -78,15 +78,6 @@ pub struct fingerpad_relaxing_pad_state {
     more: [u32; 631],
 }
 
-/// The grip that is left when the tissue has relaxed.
-#[repr(C)]
-pub struct fingerpad_relaxed {
-    /// Largest friction in the direction of the present one, N.
-    pub friction_limit_n: f32,
-    /// 1 less the share of that limit which the present friction uses, 0 to 1. 0: the load slips before the tissue has relaxed.
-    pub slip_margin: f32,
-}
-
 /// What is inside of a `fingerpad_pad_state`: the mark of a state of that kind, and the state, of which any bits are one.
 #[repr(C)]
 struct Marked<S> {
@@ -396,41 +387,6 @@ pub unsafe extern "C" fn fingerpad_pad_gradient(
         });
         // SAFETY: the caller's promise.
         unsafe { write(gradient, found.into()) }
-    };
-    answer(written())
-}
-
-/// What is left of the grip when the tissue has relaxed at the present depth, if friction stays as it is; that of the response where the
-/// tissue does not relax. A load that only the present limit holds slips on the way: grip harder now. Costs as much as a round of a step.
-///
-/// * `response`: that of the last step, on this body
-///
-/// Returns as `fingerpad_pad_patches`, or FINGERPAD_RANGE for a response that is none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fingerpad_pad_relaxed(
-    pad: *const fingerpad_pad,
-    state: *const fingerpad_pad_state,
-    body: fingerpad_body,
-    response: *const fingerpad_response,
-    relaxed: *mut fingerpad_relaxed,
-) -> i32 {
-    let written = || {
-        // SAFETY: the caller's promise.
-        let (pad, response) = unsafe { (loaded_pad(pad)?, shared(response)?) };
-        let found = with_kind!(pad.kind(), S => {
-            // SAFETY: the caller's promise.
-            let state = unsafe { memory_to_read::<S>(state) }?;
-            let body = body.checked()?;
-            let mut last = Response::IN_THE_AIR;
-            (last.friction_limit_n, last.slip_margin) = (response.friction_limit_n, response.slip_margin);
-            if !((0.0..=f32::MAX).contains(&last.friction_limit_n) && (0.0..=1.0).contains(&last.slip_margin)) {
-                return Err(FINGERPAD_RANGE);
-            }
-            pad.pad.relaxed(state, &body, &last)
-        });
-        let found = fingerpad_relaxed { friction_limit_n: found.friction_limit_n, slip_margin: found.slip_margin };
-        // SAFETY: the caller's promise.
-        unsafe { write(relaxed, found) }
     };
     answer(written())
 }

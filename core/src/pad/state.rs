@@ -247,6 +247,8 @@ impl<const P: usize, T: Elementary, M: Memory<P, T>> PadState<P, T, M> {
             stick_ratio,
             friction_limit_n: limit,
             slip_margin: margin,
+            // Nothing changes any more.
+            slip_margin_relaxed: margin,
             spin_moment_n_mm: spin,
             tilt_moment_n_mm: [about_x, about_y],
             pressure_centre_mm: [centre_x, centre_y],

@@ -204,6 +204,7 @@ pub fn forces(r: &Response) -> String {
         r.stick_ratio,
         r.friction_limit_n,
         r.slip_margin,
+        r.slip_margin_relaxed,
         r.spin_moment_n_mm,
         r.tilt_moment_n_mm[0],
         r.tilt_moment_n_mm[1],

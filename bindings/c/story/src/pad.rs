@@ -5,7 +5,7 @@ use fingerpad::frames::{FrameContact, FrameResponse, Shape};
 use fingerpad::host::PadModelFile;
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Body, Cylinder, Edge, Memory, Pad, PadMemory, PadState, Patch, Sphere};
-use fingerpad::{Error, Motion, Relaxation, Response, Tuning};
+use fingerpad::{Error, Motion, Relaxation, Tuning};
 
 use crate::answers::{RANGE, forces};
 use crate::requests::words;
@@ -48,7 +48,6 @@ struct PadTeller<'a, A, B> {
     state: Option<PadState<FEW, f32, A>>,
     roomy: PadState<ROOM, f32, B>,
     framed: FrameContact<PadState<ROOM, f32, B>>,
-    last: Response,
 }
 
 /// What a story asks of a pad.
@@ -87,7 +86,6 @@ impl<'a, A: Memory<FEW, f32>, B: Memory<ROOM, f32>> PadTeller<'a, A, B> {
             state: PadState::fresh(&fitted).ok(),
             roomy: PadState::fresh(&fitted).expect("a pad of at most 64 patches"),
             framed: FrameContact::new(&fitted, Shape::plane()).expect("a pad of at most 64 patches"),
-            last: Response::IN_THE_AIR,
         }
     }
 }
@@ -120,7 +118,6 @@ impl<A: Memory<FEW, f32> + Pod, B: Memory<ROOM, f32> + Pod> TellsPad for PadTell
         let over_plane = kind == 0;
         self.state = if over_plane { PadState::fresh(&pad).ok() } else { PadState::fresh_over(&pad, pose).ok() };
         let roomy = if over_plane { PadState::fresh(&pad) } else { PadState::fresh_over(&pad, pose) };
-        self.last = Response::IN_THE_AIR;
         self.roomy = roomy.expect("a pad of at most 64 patches");
         range(true)
     }
@@ -138,8 +135,7 @@ impl<A: Memory<FEW, f32> + Pod, B: Memory<ROOM, f32> + Pod> TellsPad for PadTell
 
     fn step(&mut self, [depth_mm, x, y, spin_increment_rad, pitch, roll, dt_s]: [f32; 7]) -> String {
         let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
-        self.last = self.pad.step(&mut self.roomy, &self.body, motion, [pitch, roll]);
-        let answered = forces(&self.last);
+        let answered = forces(&self.pad.step(&mut self.roomy, &self.body, motion, [pitch, roll]));
         if let Some(state) = &mut self.state {
             let small = forces(&self.pad.step(state, &self.body, motion, [pitch, roll]));
             assert_eq!(answered, small, "room for more patches changes the answer");
@@ -153,9 +149,7 @@ impl<A: Memory<FEW, f32> + Pod, B: Memory<ROOM, f32> + Pod> TellsPad for PadTell
             let ([x, y, z], [along, across]) = (p.place_mm, p.traction_mpa);
             words(&[x, y, z, p.pressure_mpa, along, across, p.contact_area_mm2, p.stick_ratio, p.used])
         };
-        let loads: String = patches.iter().take(self.patch_count()).map(row).collect();
-        let relaxed = self.pad.relaxed(&self.roomy, &self.body, &self.last);
-        loads + &words(&[relaxed.friction_limit_n, relaxed.slip_margin])
+        patches.iter().take(self.patch_count()).map(row).collect()
     }
 
     fn shape(&mut self, kind: u32, numbers: [f32; 5]) -> String {
