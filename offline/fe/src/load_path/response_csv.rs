@@ -104,7 +104,11 @@ pub fn header(has_extra: bool) -> String {
 ///
 /// # Errors
 /// Those of `w`.
-pub fn write_to(w: &mut dyn Write, responses: &[Response], extra: Option<&[[f64; EXTRA_COLUMNS.len()]]>) -> io::Result<()> {
+pub fn write_to(
+    w: &mut dyn Write,
+    responses: &[Response],
+    extra: Option<&[[f64; EXTRA_COLUMNS.len()]]>,
+) -> io::Result<()> {
     writeln!(w, "{}", header(extra.is_some()))?;
     let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
     for (i, response) in responses.iter().enumerate() {
