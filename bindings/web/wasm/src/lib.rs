@@ -237,8 +237,7 @@ pub extern "C" fn lift(pitch_deg: f32, roll_deg: f32) {
     let Some(Finger { pad, body, contact, .. }) = finger() else { return };
     let pose_deg = [pitch_deg, roll_deg];
     let is_plane = *body == Body::Plane;
-    let state =
-        if is_plane { RelaxingPadState::relaxing(pad) } else { RelaxingPadState::relaxing_over(pad, pose_deg) };
+    let state = if is_plane { RelaxingPadState::relaxing(pad) } else { RelaxingPadState::relaxing_over(pad, pose_deg) };
     if let Ok(state) = state {
         *contact = state;
     }
