@@ -259,6 +259,9 @@ typedef struct {
   float friction_limit_n;
   // 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
   float slip_margin;
+  // The margin that is left when the tissue of a pad has relaxed at the present depth, if the load stays: 0 where the load slips before.
+  // The slip margin itself where nothing relaxes.
+  float slip_margin_relaxed;
   // Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
   float spin_moment_n_mm;
   // Moment of all forces about x through the point under first touch, N mm.
@@ -660,14 +663,6 @@ typedef struct {
   float friction_y_n_mm[3];
 } fingerpad_gradient;
 
-// The grip that is left when the tissue has relaxed.
-typedef struct {
-  // Largest friction in the direction of the present one, N.
-  float friction_limit_n;
-  // 1 less the share of that limit which the present friction uses, 0 to 1. 0: the load slips before the tissue has relaxed.
-  float slip_margin;
-} fingerpad_relaxed;
-
 // The least grip that holds a load.
 typedef struct {
   // Depth to press to, mm.
@@ -1045,18 +1040,6 @@ int32_t fingerpad_pad_gradient(const fingerpad_pad *pad,
                                float slide_x_mm,
                                float slide_y_mm,
                                fingerpad_gradient *gradient);
-
-// What is left of the grip when the tissue has relaxed at the present depth, if friction stays as it is; that of the response where the
-// tissue does not relax. A load that only the present limit holds slips on the way: grip harder now. Costs as much as a round of a step.
-//
-// * `response`: that of the last step, on this body
-//
-// Returns as `fingerpad_pad_patches`, or FINGERPAD_RANGE for a response that is none.
-int32_t fingerpad_pad_relaxed(const fingerpad_pad *pad,
-                              const fingerpad_pad_state *state,
-                              fingerpad_body body,
-                              const fingerpad_response *response,
-                              fingerpad_relaxed *relaxed);
 
 // The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
 // load. Tissue that relaxes has relaxed then: the grip holds the load for good. Takes many steps at each of 13 depths.
