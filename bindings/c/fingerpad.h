@@ -117,6 +117,9 @@
 // Most patches of a pad, two more than the program `fingerpad finger` makes at most.
 #define FINGERPAD_PATCHES_MAX 64
 
+// Most branches of tissue that relaxes.
+#define FINGERPAD_BRANCHES_MAX 3
+
 // A plane: the value of `kind` in a body.
 #define FINGERPAD_BODY_PLANE 0
 
@@ -131,6 +134,9 @@
 
 // Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
 #define FINGERPAD_PAD_STATE_BYTES 1852
+
+// The same of a pad that relaxes.
+#define FINGERPAD_RELAXING_PAD_STATE_BYTES 4376
 
 // Bytes of a saved state.
 #define FINGERPAD_STATE_BYTES 120
@@ -253,6 +259,9 @@ typedef struct {
   float friction_limit_n;
   // 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
   float slip_margin;
+  // The margin that is left when the tissue of a pad has relaxed at the present depth, if the load stays: 0 where the load slips before.
+  // The slip margin itself where nothing relaxes.
+  float slip_margin_relaxed;
   // Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
   float spin_moment_n_mm;
   // Moment of all forces about x through the point under first touch, N mm.
@@ -398,7 +407,7 @@ typedef struct {
 // `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first `fingerpad_frame_bytes`, to go back
 // to it in the same program.
 typedef struct {
-  uint64_t opaque[288];
+  uint64_t opaque[604];
 } fingerpad_frame_contact;
 
 // Pose of a body in the finger's frame. That frame is the bone's: x along the finger from proximal to distal, z out of the pad's surface
@@ -559,6 +568,14 @@ typedef struct {
   float reference;
 } fingerpad_own_column;
 
+// A branch of tissue that relaxes: a stiffness that forgets.
+typedef struct {
+  // Its stiffness over that of the relaxed tissue, 0 to 100.
+  float share;
+  // The time in which it forgets, s: 1e-5 to 1e5.
+  float time_s;
+} fingerpad_branch;
+
 // What a pad's file says of itself.
 typedef struct {
   // Number of patches of skin.
@@ -575,12 +592,15 @@ typedef struct {
   float roll_max_deg;
   // Checksum of the numbers; a saved state contains it.
   uint32_t checksum;
-  // Bytes of a saved state: 1312 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+  // Bytes of a saved state: 1312 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES. Of tissue that relaxes 2864, else
+  // FINGERPAD_RELAXING_PAD_STATE_BYTES.
   uint32_t state_bytes;
   // The file's description, JSON in UTF-8 without an end mark, inside the file.
   const char *meta;
   // Its length in bytes.
   size_t meta_length;
+  // Number of branches of tissue that relaxes; 0 for tissue that does not. Their states are `fingerpad_relaxing_pad_state`.
+  uint32_t branches;
 } fingerpad_pad_info;
 
 // All that a contact of a pad remembers: 1844 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
@@ -591,6 +611,15 @@ typedef struct {
 typedef struct {
   uint32_t opaque[461];
 } fingerpad_pad_state;
+
+// The same for tissue that relaxes: 4368 bytes. Set it up with `fingerpad_relaxing_pad_state_init` or
+// `fingerpad_relaxing_pad_state_init_over`, for any pad, and hand `&state` of it to every function. For a pad that does not relax it is a
+// `fingerpad_pad_state` with unused room.
+typedef struct {
+  // Its beginning, which stands for it.
+  fingerpad_pad_state state;
+  uint32_t more[631];
+} fingerpad_relaxing_pad_state;
 
 // The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers
 // that a kind has no use for are not read.
@@ -919,6 +948,16 @@ int32_t fingerpad_pad_tune(fingerpad_pad *pad,
                            float stiffness,
                            float lambda);
 
+// Gives the tissue other branches than the file's, at most FINGERPAD_BRANCHES_MAX; none with a `count` of 0. Held at a depth the force then
+// falls as 1 plus the sum of share times exp(-t / time). A state belongs to one such choice: initialise it again afterwards.
+//
+// The times 0.004, 0.07 and 1.4 s are those of a human finger (Pawluk and Howe 1999). Shares of 1, 0.6 and 0.6 are assumed: measure them.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_SHAPE for too many, FINGERPAD_RANGE; then nothing changes.
+int32_t fingerpad_pad_relax(fingerpad_pad *pad,
+                            const fingerpad_branch *branches,
+                            size_t count);
+
 // What a pad's file says of itself.
 int32_t fingerpad_pad_describe(const fingerpad_pad *pad, fingerpad_pad_info *info);
 
@@ -934,19 +973,29 @@ int32_t fingerpad_pad_first_touch(const fingerpad_pad *pad,
 
 // A finger in the air over a plane, with a strength factor of 1. Poses turn about the point of first touch in the neutral pose.
 //
-// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad.
+// Returns FINGERPAD_OK, FINGERPAD_BUFFER for a pad whose tissue relaxes (use `fingerpad_relaxing_pad_state_init`), or FINGERPAD_NULL,
+// FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
 int32_t fingerpad_pad_state_init(const fingerpad_pad *pad,
                                  fingerpad_pad_state *state);
 
 // A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns: for spheres,
 // cylinders and edges. A pose beyond those of the fit counts as the nearest of them; the first step flags it.
 //
-// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pitch or roll of NaN, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
-// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+// Returns as `fingerpad_pad_state_init`, or FINGERPAD_RANGE for a pitch or roll of NaN.
 int32_t fingerpad_pad_state_init_over(const fingerpad_pad *pad,
                                       fingerpad_pad_state *state,
                                       float pitch_deg,
                                       float roll_deg);
+
+// As `fingerpad_pad_state_init`, of any pad.
+int32_t fingerpad_relaxing_pad_state_init(const fingerpad_pad *pad,
+                                          fingerpad_relaxing_pad_state *state);
+
+// As `fingerpad_pad_state_init_over`, of any pad.
+int32_t fingerpad_relaxing_pad_state_init_over(const fingerpad_pad *pad,
+                                               fingerpad_relaxing_pad_state *state,
+                                               float pitch_deg,
+                                               float roll_deg);
 
 // Sets the factor on all strengths, 0.1 to 5, from the next step on: what moisture, speed or dwell make of the friction. Returns
 // FINGERPAD_OK, or FINGERPAD_RANGE; then the factor stays.
@@ -955,7 +1004,7 @@ int32_t fingerpad_pad_state_set_strength_factor(fingerpad_pad_state *state,
 
 // Advances a contact of a pad on a body by one step. Accepts a motion of any bits and reports errors in it in `status` of
 // the response: also a pose beyond the fit (FINGERPAD_STATUS_POSE_OUT_OF_RANGE) and a step without equilibrium
-// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches) and ten to a hundred times the
+// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches; 1 kB more for tissue that relaxes) and ten to a hundred times the
 // time of `fingerpad_step`.
 //
 // Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
@@ -993,7 +1042,7 @@ int32_t fingerpad_pad_gradient(const fingerpad_pad *pad,
                                fingerpad_gradient *gradient);
 
 // The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
-// load. Takes many steps at each of 13 depths.
+// load. Tissue that relaxes has relaxed then: the grip holds the load for good. Takes many steps at each of 13 depths.
 //
 // Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP.
 int32_t fingerpad_pad_least_grip(const fingerpad_pad *pad,
@@ -1027,9 +1076,10 @@ int32_t fingerpad_pad_state_save(const fingerpad_pad *pad,
                                  uint8_t *bytes,
                                  size_t length);
 
-// Reads a state that `fingerpad_pad_state_save` wrote with the same pad's file; `state` need not be set up.
+// Reads a state that `fingerpad_pad_state_save` wrote with the same pad's file and branches; `state` need not be set up, but of a pad
+// that relaxes it must have been.
 //
-// Returns FINGERPAD_OK, or: FINGERPAD_LENGTH if `length` is not `state_bytes`, FINGERPAD_CHECKSUM if damaged,
+// Returns FINGERPAD_OK, or: FINGERPAD_NOT_SET_UP for the pad or such a state, FINGERPAD_LENGTH if `length` is not `state_bytes`, FINGERPAD_CHECKSUM if damaged,
 // FINGERPAD_VERSION_UNKNOWN, FINGERPAD_OTHER_MODEL, FINGERPAD_RANGE for a value that no step leaves behind; then the state
 // stays as it was.
 int32_t fingerpad_pad_state_restore(const fingerpad_pad *pad,

@@ -84,6 +84,7 @@ using PadMotion = fingerpad_pad_motion;
 using PadInfo = fingerpad_pad_info;
 using Body = fingerpad_body;
 using Patch = fingerpad_patch;
+using Branch = fingerpad_branch;
 using Shape = fingerpad_shape;
 using Pose = fingerpad_pose;
 using Wrench = fingerpad_wrench;
@@ -358,6 +359,12 @@ public:
         return static_cast<Code>(fingerpad_pad_tune(&pad_, size, stiffness, lambda));
     }
 
+    /* Gives the tissue other branches than the file's; none: it does not relax. Contacts must be made again. */
+    Code relax(std::span<const Branch> branches) noexcept
+    {
+        return static_cast<Code>(fingerpad_pad_relax(&pad_, branches.data(), branches.size()));
+    }
+
     Result<PadInfo> info() const noexcept
     {
         PadInfo info{};
@@ -380,38 +387,62 @@ private:
     fingerpad_pad pad_{};
 };
 
-/* The memory of a contact of a pad, `sizeof(PadContact)` bytes. It belongs to one pad, one tuning and one body. */
-class PadContact {
-public:
+namespace detail {
+
+/* The states of fingerpad.h of a pad that does not relax, and of any pad. */
+struct Prompt {
+    using State = fingerpad_pad_state;
     static constexpr std::size_t saved_bytes_max = FINGERPAD_PAD_STATE_BYTES;
+    static constexpr auto init = fingerpad_pad_state_init;
+    static constexpr auto init_over = fingerpad_pad_state_init_over;
+    static constexpr fingerpad_pad_state *state(State *state) noexcept { return state; }
+    static constexpr const fingerpad_pad_state *state(const State *state) noexcept { return state; }
+};
+
+struct Relaxes {
+    using State = fingerpad_relaxing_pad_state;
+    static constexpr std::size_t saved_bytes_max = FINGERPAD_RELAXING_PAD_STATE_BYTES;
+    static constexpr auto init = fingerpad_relaxing_pad_state_init;
+    static constexpr auto init_over = fingerpad_relaxing_pad_state_init_over;
+    static constexpr fingerpad_pad_state *state(State *state) noexcept { return &state->state; }
+    static constexpr const fingerpad_pad_state *state(const State *state) noexcept { return &state->state; }
+};
+
+} // namespace detail
+
+/* The memory of a contact of a pad. It belongs to one pad, one tuning and one body. */
+template <class Kind>
+class PadContactOf {
+public:
+    static constexpr std::size_t saved_bytes_max = Kind::saved_bytes_max;
 
     /* A finger in the air over a plane. */
-    static Result<PadContact> on_plane(const Pad &pad) noexcept
+    static Result<PadContactOf> on_plane(const Pad &pad) noexcept
     {
-        PadContact contact;
-        const std::int32_t code = fingerpad_pad_state_init(&pad.c(), &contact.state_);
+        PadContactOf contact;
+        const std::int32_t code = Kind::init(&pad.c(), &contact.state_);
         return detail::result(code, contact);
     }
 
     /* A finger in the air over a body whose apex lies under first touch in that pose. */
-    static Result<PadContact> over(const Pad &pad, float pitch_deg, float roll_deg) noexcept
+    static Result<PadContactOf> over(const Pad &pad, float pitch_deg, float roll_deg) noexcept
     {
-        PadContact contact;
-        const std::int32_t code = fingerpad_pad_state_init_over(&pad.c(), &contact.state_, pitch_deg, roll_deg);
+        PadContactOf contact;
+        const std::int32_t code = Kind::init_over(&pad.c(), &contact.state_, pitch_deg, roll_deg);
         return detail::result(code, contact);
     }
 
     Result<Response> step(const Pad &pad, const Body &body, const PadMotion &motion) noexcept
     {
         Response response{};
-        const std::int32_t code = fingerpad_pad_step(&pad.c(), &state_, body, motion, &response);
+        const std::int32_t code = fingerpad_pad_step(&pad.c(), Kind::state(&state_), body, motion, &response);
         return detail::result(code, response);
     }
 
     /* Factor on all strengths, 0.1 to 5, from the next step on. */
     Code set_strength_factor(float factor) noexcept
     {
-        return static_cast<Code>(fingerpad_pad_state_set_strength_factor(&state_, factor));
+        return static_cast<Code>(fingerpad_pad_state_set_strength_factor(Kind::state(&state_), factor));
     }
 
     /* The patches after the last step on that step's body: the part of `out` that was written. */
@@ -420,7 +451,7 @@ public:
         PadInfo info{};
         std::int32_t code = fingerpad_pad_describe(&pad.c(), &info);
         if (code == FINGERPAD_OK) {
-            code = fingerpad_pad_patches(&pad.c(), &state_, body, out.data(), out.size());
+            code = fingerpad_pad_patches(&pad.c(), Kind::state(&state_), body, out.data(), out.size());
         }
         return detail::result(code, code == FINGERPAD_OK ? out.first(info.patches) : std::span<Patch>());
     }
@@ -428,22 +459,30 @@ public:
     /* Writes `PadInfo::state_bytes` bytes, at most `saved_bytes_max`. */
     Code save(const Pad &pad, std::span<std::byte> out) const noexcept
     {
-        return static_cast<Code>(fingerpad_pad_state_save(&pad.c(), &state_, detail::raw(out), out.size()));
+        return static_cast<Code>(fingerpad_pad_state_save(&pad.c(), Kind::state(&state_), detail::raw(out), out.size()));
     }
 
-    static Result<PadContact> restore(const Pad &pad, std::span<const std::byte> saved) noexcept
+    static Result<PadContactOf> restore(const Pad &pad, std::span<const std::byte> saved) noexcept
     {
-        PadContact contact;
-        const std::int32_t code = fingerpad_pad_state_restore(&pad.c(), &contact.state_, detail::raw(saved), saved.size());
+        PadContactOf contact;
+        /* The state of a pad that relaxes must show its room. */
+        std::int32_t code = Kind::init(&pad.c(), &contact.state_);
+        if (code == FINGERPAD_OK) {
+            code = fingerpad_pad_state_restore(&pad.c(), Kind::state(&contact.state_), detail::raw(saved), saved.size());
+        }
         return detail::result(code, contact);
     }
 
-    fingerpad_pad_state &c() noexcept { return state_; }
-    const fingerpad_pad_state &c() const noexcept { return state_; }
+    fingerpad_pad_state &c() noexcept { return *Kind::state(&state_); }
+    const fingerpad_pad_state &c() const noexcept { return *Kind::state(&state_); }
 
 private:
-    fingerpad_pad_state state_{};
+    typename Kind::State state_{};
 };
+
+/* Contacts of a pad that does not relax (`Code::buffer` for another), and of any pad in two and a half times the memory. */
+using PadContact = PadContactOf<detail::Prompt>;
+using RelaxingPadContact = PadContactOf<detail::Relaxes>;
 
 /* A finger against one body, from the pose of the body in the finger's frame; `sizeof(FrameContact)` bytes. It belongs to one pad or bed,
  * one tuning and one body. */

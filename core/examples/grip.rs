@@ -4,10 +4,14 @@
 //! measures, with 1 % of noise; it does not see the object move. Its model, driven by the measured forces, returns the share of the
 //! contact that still sticks. When slip begins, or the margin falls, the grip grows to the force that the load needs. The fingers really have a
 //! tenth less friction than the model, and the grip shakes by 5 um.
+//!
+//! Then a finger whose tissue relaxes squeezes until the load has a margin, and holds that depth for a minute. Chosen by the margin of the
+//! moment the load slips; chosen by the one that will be left it holds.
 
 use fingerpad::build::Params;
 use fingerpad::events::{Change, Watch};
-use fingerpad::{Drive, Model, Motion, Normal, State, Tangential, Tuning, step};
+use fingerpad::pad::{EXAMPLE_PATCHES, ExamplePad, PadOn, Plane, RelaxingPadState};
+use fingerpad::{Drivable, Drive, Model, Motion, Normal, Relaxation, Response, State, Tangential, Tuning, step};
 
 const DT_S: f32 = 1e-3;
 /// Margin that the grip is to leave beyond the model's band, and the one below which it grows.
@@ -106,7 +110,54 @@ fn both() -> Result<[Outcome; 2], fingerpad::Error> {
     Ok([true, false].map(|controlled| hold(&model, &finger, controlled)))
 }
 
+/// The margins by which a grip may be chosen.
+const MARGINS: [(&str, fn(&Response) -> f32); 2] =
+    [("slip_margin", |r| r.slip_margin), ("slip_margin_relaxed", |r| r.slip_margin_relaxed)];
+/// Load on a finger that relaxes, N, margin that the squeeze is to leave, and the part of the load below which it has slipped.
+const LOAD_N: f32 = 0.1;
+const KEPT: f32 = 0.15;
+const SLIPPED: f32 = 0.95;
+
+/// A squeeze under a load until a margin of its responses is [`KEPT`], then a minute at that depth: the depth, mm, and the time at which the load
+/// slips, s.
+fn squeezed(margin: fn(&Response) -> f32) -> Result<(f32, Option<f32>), fingerpad::Error> {
+    // Hand-made numbers, and times of a human finger with assumed shares.
+    let example = ExamplePad::new();
+    let pad = example.pad().with_relaxation(Relaxation::HUMAN_ASSUMED);
+    let finger = PadOn { pad, body: &Plane, pose_deg: [pad.numbers.neutral_pitch_deg, 0.0] };
+    let mut state = RelaxingPadState::<EXAMPLE_PATCHES>::relaxing(&pad)?;
+    let mut drive = Drive {
+        normal: Normal::DepthMm(0.0),
+        tangential: Tangential::FrictionN([LOAD_N, 0.0]),
+        spin_increment_rad: 0.0,
+        dt_s: DT_S,
+    };
+    let mut depth = 0.0;
+    loop {
+        depth += SPEED_MM_S * DT_S;
+        drive.normal = Normal::DepthMm(depth);
+        let seen = finger.step_driven(&mut state, drive).response;
+        if (margin(&seen) >= KEPT && seen.friction_n[0] > SLIPPED * LOAD_N) || depth > pad.depth_max_mm() {
+            break;
+        }
+    }
+    let mut time = 0.0;
+    while time < 60.0 {
+        let held = finger.step_driven(&mut state, drive).response;
+        time += drive.dt_s;
+        drive.dt_s = (1.05 * drive.dt_s).min(0.1);
+        if held.friction_n[0] < SLIPPED * LOAD_N {
+            return Ok((depth, Some(time)));
+        }
+    }
+    Ok((depth, None))
+}
+
 fn main() -> Result<(), fingerpad::Error> {
+    for (name, margin) in MARGINS {
+        let (depth, slips) = squeezed(margin)?;
+        println!("tissue that relaxes, grip by {name}: {depth:.2} mm, slips at {slips:?} s");
+    }
     let [held, dropped] = both()?;
     println!("controlled: {held:?}");
     println!("left alone: {dropped:?}");
@@ -120,5 +171,11 @@ mod tests {
         let [held, dropped] = super::both().unwrap();
         assert!(held.slips > 0 && held.least_margin > 0.05 && held.fell_mm < 3.0, "{held:?}");
         assert!(dropped.fell_mm > 50.0, "{dropped:?}");
+    }
+
+    #[test]
+    fn a_grip_by_the_margin_that_is_left_holds_and_one_by_that_of_the_moment_slips() {
+        let [now, later] = super::MARGINS.map(|(_, margin)| super::squeezed(margin).unwrap());
+        assert!(now.1.is_some_and(|time| time > 0.05) && later.1.is_none() && later.0 > now.0, "{now:?} {later:?}");
     }
 }

@@ -45,6 +45,9 @@ pub struct Response<T = f32> {
     /// 1 less the share of its limit that friction uses, 0 to 1. With spin the load is friction and its moment together. 0 without
     /// contact, which holds no load: a grip controller then closes.
     pub slip_margin: T,
+    /// The margin that is left when the tissue has relaxed at the present depth, if the load stays: 0 to 1, 0 where the load slips before.
+    /// The slip margin itself where nothing relaxes. Of a pad that relaxes within 1 % of the margin after a hold.
+    pub slip_margin_relaxed: T,
     /// Moment about the plane's normal through the point under first touch, N mm, positive as the plane turns the finger
     /// counter-clockwise seen from above. Without spin that of friction along y alone.
     pub spin_moment_n_mm: T,
@@ -74,6 +77,7 @@ impl Response {
         stick_ratio: 0.0,
         friction_limit_n: 0.0,
         slip_margin: 0.0,
+        slip_margin_relaxed: 0.0,
         spin_moment_n_mm: 0.0,
         tilt_moment_n_mm: [0.0; 2],
         pressure_centre_mm: [0.0; 2],

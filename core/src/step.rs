@@ -178,6 +178,7 @@ fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
         stick_ratio,
         friction_limit_n: at.limit * (magnitude / alone),
         slip_margin: margin,
+        slip_margin_relaxed: margin,
         spin_moment_n_mm: spin_moment,
         pressure_centre_mm: pressure_centre,
         contact_area_mm2: area + area * data.area_tilt * along,

@@ -368,7 +368,7 @@ impl Tools {
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 12] = [
     ("margin observer", 40_000),
-    ("step M=4 default", 777),
+    ("step M=4 default", 778),
     ("step_forces M=4", 497),
     ("spin step_forces M=4", 1088),
     ("step, retuned finger", 879),

@@ -557,6 +557,79 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
     expect(fingerpad_frame_reshape(&contact, shape, &below), FINGERPAD_RANGE, "a bed on a ball that was a box");
 }
 
+/* Tissue that relaxes: a hold, steps of no time, and states without room for its memory. */
+static void relaxing_pads(fingerpad_pad pad)
+{
+    static const fingerpad_branch branches[4] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}, {0.1f, 1.0f}};
+    static const fingerpad_branch wrong[3] = {{-0.1f, 1.0f}, {0.5f, NAN}, {0.5f, 0.0f}};
+    static const float no_times[4] = {0.0f, -1.0f, NAN, INFINITY};
+    static uint8_t bytes[FINGERPAD_RELAXING_PAD_STATE_BYTES];
+    const fingerpad_shape flat = {FINGERPAD_SHAPE_PLANE, {0.0, 0.0, 0.0}, 0.0, 0.0};
+    /* A plane that has come up by 1 mm along its normal in the neutral pose. */
+    const fingerpad_pose up = {{-0.5, 0.0, 0.8660254037844386}, {0.9659258262890683, 0.0, -0.25881904510252074, 0.0}};
+    fingerpad_pad_motion motion = {1.0f, 0.0f, 0.0f, 0.0f, 30.0f, 0.0f, 1e-7f};
+    fingerpad_pad_state plain;
+    static fingerpad_relaxing_pad_state state, zeroed;
+    static fingerpad_frame_contact framed;
+    fingerpad_frame_response felt;
+    fingerpad_pad_info info;
+    fingerpad_response first, r;
+    float time_s = 0.0f, felt_first;
+    int i;
+    for (i = 0; i < 3; i++) {
+        expect(fingerpad_pad_relax(&pad, &wrong[i], 1), FINGERPAD_RANGE, "a branch out of range");
+    }
+    expect(fingerpad_pad_relax(&pad, branches, 4), FINGERPAD_SHAPE, "four branches");
+    expect(fingerpad_pad_relax(&pad, NULL, 1), FINGERPAD_NULL, "no branches");
+    must(fingerpad_pad_state_init(&pad, &plain), "a state before the branches");
+    must(fingerpad_pad_relax(&pad, branches, 3), "branches");
+    must(fingerpad_pad_describe(&pad, &info), "info of a pad that relaxes");
+    expect_true(info.branches == 3 && info.state_bytes == 2864, "branches and bytes of a state");
+    expect(fingerpad_pad_state_init(&pad, &plain), FINGERPAD_BUFFER, "a state without room for the memory");
+    expect(fingerpad_pad_step(&pad, &plain, plane, motion, &r), FINGERPAD_NOT_SET_UP, "a state that does not relax");
+    must(fingerpad_relaxing_pad_state_init(&pad, &state), "a state that relaxes");
+    must(fingerpad_pad_step(&pad, &state.state, plane, motion, &first), "press");
+    for (i = 0; i < 4; i++) {
+        motion.dt_s = no_times[i];
+        must(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), "a step of no time");
+        expect_true(r.status == FINGERPAD_STATUS_BAD_TIME_STEP && fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-3f,
+                    "a step of no time is flagged and freezes the memory");
+    }
+    must(fingerpad_pad_state_save(&pad, &state.state, bytes, sizeof bytes), "save");
+    expect(fingerpad_pad_state_restore(&pad, &plain, bytes, info.state_bytes), FINGERPAD_NOT_SET_UP, "no room to restore");
+    expect(fingerpad_pad_state_restore(&pad, &zeroed.state, bytes, info.state_bytes), FINGERPAD_NOT_SET_UP, "a zeroed state to restore");
+    for (i = 0; i < 1500; i++) {
+        const float dt_s = i < 500 ? 1e-4f : 1e-3f * powf(1.01f, (float)(i - 500));
+        float over;
+        time_s += dt_s;
+        motion.dt_s = dt_s;
+        must(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), "hold");
+        over = 1.0f + expf(-time_s / 0.004f) + 0.6f * expf(-time_s / 0.07f) + 0.6f * expf(-time_s / 1.4f);
+        expect_true(fabsf(r.normal_force_n / first.normal_force_n * 3.2f / over - 1.0f) < 4e-3f, "the force of a hold falls as its branches do");
+    }
+    expect_true(first.friction_limit_n > 1.8f * r.friction_limit_n && fabsf(r.slip_margin_relaxed - r.slip_margin) < 1e-5f,
+                "the limit falls, and then nothing more is lost");
+    expect_true(first.slip_margin > first.slip_margin_relaxed + 1e-3f
+                    && fabsf((1.0f - first.slip_margin_relaxed) * r.friction_limit_n / ((1.0f - first.slip_margin) * first.friction_limit_n) - 1.0f) < 3e-3f,
+                "the margin that is left is told at first");
+    must(fingerpad_pad_state_restore(&pad, &state.state, bytes, info.state_bytes), "restore");
+    motion.dt_s = 1e-7f;
+    must(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), "as at first");
+    expect_true(fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-3f, "a restored state remembers");
+    must(fingerpad_frame_init_pad(&pad, flat, &framed), "frames");
+    must(fingerpad_frame_step_pad(&pad, &framed, &up, 1e-4f, &felt), "press in frames");
+    must(fingerpad_frame_step_pad(&pad, &framed, &up, 1e-4f, &felt), "press in frames");
+    felt_first = felt.response.normal_force_n;
+    must(fingerpad_frame_step_pad(&pad, &framed, &up, 100.0f, &felt), "hold in frames");
+    expect_true(fingerpad_frame_bytes(&framed) > 2864 && felt_first > 2.0f * felt.response.normal_force_n
+                    && felt.response.normal_force_n > 0.0f, "a hold in frames");
+    must(fingerpad_pad_relax(&pad, NULL, 0), "no branches any more");
+    expect(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), FINGERPAD_NOT_SET_UP, "a state that relaxes, of a pad that does not");
+    must(fingerpad_relaxing_pad_state_init(&pad, &state), "more room than it needs");
+    must(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), "press");
+    expect_true(fabsf(3.2f * r.normal_force_n / first.normal_force_n - 1.0f) < 1e-2f, "the relaxed tissue");
+}
+
 static void pads(const model_file *bed, const model_file *file, const model_file *halved)
 {
     fingerpad_pad pad, many;
@@ -574,6 +647,7 @@ static void pads(const model_file *bed, const model_file *file, const model_file
         frame_handles(&pad, &model);
         pad_requests(&pad);
     }
+    relaxing_pads(pad);
 }
 
 int main(int argc, char **argv)

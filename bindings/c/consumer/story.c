@@ -13,7 +13,8 @@ static model_file pad_file;
 static fingerpad_pad pad;
 static fingerpad_pad_info pad_info;
 static fingerpad_body body;
-static fingerpad_pad_state pad_state;
+static fingerpad_relaxing_pad_state pad_room;
+static fingerpad_pad_state *const pad_state = &pad_room.state;
 static fingerpad_frame_contact framed;
 
 /* The words of a line behind its name; a line has at most eleven. */
@@ -42,7 +43,7 @@ static void print_words(const float *numbers, size_t count)
 
 static void print_response(const fingerpad_response *r)
 {
-    const float numbers[16] = {r->normal_force_n,
+    const float numbers[17] = {r->normal_force_n,
                                r->friction_x_n,
                                r->friction_y_n,
                                r->tangential_friction_x_n,
@@ -50,6 +51,7 @@ static void print_response(const fingerpad_response *r)
                                r->stick_ratio,
                                r->friction_limit_n,
                                r->slip_margin,
+                               r->slip_margin_relaxed,
                                r->spin_moment_n_mm,
                                r->tilt_moment_x_n_mm,
                                r->tilt_moment_y_n_mm,
@@ -58,7 +60,7 @@ static void print_response(const fingerpad_response *r)
                                r->contact_area_mm2,
                                r->band_normal_n,
                                r->band_friction_n};
-    print_words(numbers, 16);
+    print_words(numbers, 17);
     (void)printf(" %d %x", (int)r->regime, (unsigned)r->status);
 }
 
@@ -267,13 +269,13 @@ static void begin_over(const char *line)
     wanted.angle_deg = f[2];
     /* Whether the body can be is asked with a copy, so that the contact goes on over the old one where it cannot. */
     {
-        fingerpad_pad_state tried = pad_state;
-        code = fingerpad_pad_step(&pad, &tried, wanted, nothing, &r);
+        fingerpad_relaxing_pad_state tried = pad_room;
+        code = fingerpad_pad_step(&pad, &tried.state, wanted, nothing, &r);
     }
     if (code == FINGERPAD_OK) {
         body = wanted;
-        code = kind == FINGERPAD_BODY_PLANE ? fingerpad_pad_state_init(&pad, &pad_state)
-                                            : fingerpad_pad_state_init_over(&pad, &pad_state, f[3], f[4]);
+        code = kind == FINGERPAD_BODY_PLANE ? fingerpad_relaxing_pad_state_init(&pad, &pad_room)
+                                            : fingerpad_relaxing_pad_state_init_over(&pad, &pad_room, f[3], f[4]);
     }
     (void)printf("%d", (int)code);
 }
@@ -289,7 +291,7 @@ static void pad_step(const float *f)
     motion.pitch_deg = f[4];
     motion.roll_deg = f[5];
     motion.dt_s = f[6];
-    must(fingerpad_pad_step(&pad, &pad_state, body, motion, &r), "step of the pad");
+    must(fingerpad_pad_step(&pad, pad_state, body, motion, &r), "step of the pad");
     print_response(&r);
 }
 
@@ -342,7 +344,7 @@ static void print_patches(void)
 {
     static fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
     uint32_t i;
-    must(fingerpad_pad_patches(&pad, &pad_state, body, patches, FINGERPAD_PATCHES_MAX), "patches");
+    must(fingerpad_pad_patches(&pad, pad_state, body, patches, FINGERPAD_PATCHES_MAX), "patches");
     for (i = 0; i < pad_info.patches; i++) {
         const fingerpad_patch *p = &patches[i];
         print_words(p->place_mm, 3);
@@ -356,10 +358,11 @@ static void print_patches(void)
 
 static void save_pad(void)
 {
-    uint8_t bytes[FINGERPAD_PAD_STATE_BYTES];
-    must(fingerpad_pad_state_save(&pad, &pad_state, bytes, sizeof bytes), "save the pad's state");
-    (void)memset(&pad_state, 0, sizeof pad_state);
-    must(fingerpad_pad_state_restore(&pad, &pad_state, bytes, pad_info.state_bytes), "restore the pad's state");
+    static uint8_t bytes[FINGERPAD_RELAXING_PAD_STATE_BYTES];
+    must(fingerpad_pad_state_save(&pad, pad_state, bytes, sizeof bytes), "save the pad's state");
+    (void)memset(&pad_room, 0, sizeof pad_room);
+    must(fingerpad_relaxing_pad_state_init(&pad, &pad_room), "room for the pad's state");
+    must(fingerpad_pad_state_restore(&pad, pad_state, bytes, pad_info.state_bytes), "restore the pad's state");
     print_bytes(bytes, pad_info.state_bytes);
 }
 
@@ -380,7 +383,7 @@ static void use_pad(void)
     must(fingerpad_pad_load(&pad, bytes_of(&pad_file), length), "pad");
     pad_file.length = 0;
     must(fingerpad_pad_describe(&pad, &pad_info), "info of the pad");
-    must(fingerpad_pad_state_init(&pad, &pad_state), "state of the pad");
+    must(fingerpad_relaxing_pad_state_init(&pad, &pad_room), "state of the pad");
     body = plane;
     (void)printf("%" PRIu32, pad_info.patches);
 }
@@ -397,7 +400,7 @@ static int answer_of_pad(const char *name, const char *rest, const float *f, siz
     } else if (strcmp(name, "body") == 0) {
         begin_over(rest);
     } else if (strcmp(name, "pad-factor") == 0) {
-        (void)printf("%d", (int)fingerpad_pad_state_set_strength_factor(&pad_state, f[0]));
+        (void)printf("%d", (int)fingerpad_pad_state_set_strength_factor(pad_state, f[0]));
     } else if (strcmp(name, "pad-step") == 0) {
         pad_step(f);
     } else if (strcmp(name, "shape") == 0) {

@@ -155,6 +155,8 @@ void batch(const fp::Bed &bed)
     }
 }
 
+/* Of a pad that does not relax, or of any. */
+template <class Contact>
 void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
 {
     const fp::Body bodies[] = {fp::plane(), fp::sphere(20.0f), fp::cylinder(-60.0f, 30.0f), fp::edge(3.0f, 80.0f, 90.0f)};
@@ -164,11 +166,12 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
                                           {FINGERPAD_BODY_EDGE, 3.0f, 80.0f, 90.0f}};
     const fp::PadInfo info = must_get(pad.info(), "a pad described");
     for (unsigned b = 0; b < 4; b++) {
-        fp::PadContact finger = b == 0 ? must_get(fp::PadContact::on_plane(pad), "a contact")
-                                       : must_get(fp::PadContact::over(pad, 35.0f, -5.0f), "a contact over a body");
+        Contact finger = b == 0 ? must_get(Contact::on_plane(pad), "a contact")
+                                       : must_get(Contact::over(pad, 35.0f, -5.0f), "a contact over a body");
         // What lies beyond the patches of this pad is left as it was.
-        fingerpad_pad_state state{};
-        must(b == 0 ? fingerpad_pad_state_init(&wrapped, &state) : fingerpad_pad_state_init_over(&wrapped, &state, 35.0f, -5.0f),
+        fingerpad_relaxing_pad_state room{};
+        fingerpad_pad_state &state = room.state;
+        must(b == 0 ? fingerpad_relaxing_pad_state_init(&wrapped, &room) : fingerpad_relaxing_pad_state_init_over(&wrapped, &room, 35.0f, -5.0f),
              "a state");
         expect(same(finger.c(), state), "a new contact of a pad");
         for (unsigned i = 0; i < 500; i++) {
@@ -194,15 +197,15 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
         must(fingerpad_pad_patches(&wrapped, &state, same_bodies[b], want.data(), want.size()), "patches");
         expect(patches.size() == info.patches && same(got, want), "patches");
         expect(finger.patches(pad, bodies[b], std::span(got).first(info.patches - 1)).code(), fp::Code::buffer, "few patches");
-        std::array<std::byte, fp::PadContact::saved_bytes_max> saved{};
+        std::array<std::byte, Contact::saved_bytes_max> saved{};
         expect(finger.save(pad, saved), fp::Code::ok, "a pad's state saved");
-        const auto restored = fp::PadContact::restore(pad, std::span(saved).first(info.state_bytes));
+        const auto restored = Contact::restore(pad, std::span(saved).first(info.state_bytes));
         // Compared as bytes: what lies beyond the patches of this pad is not kept.
-        std::array<std::byte, fp::PadContact::saved_bytes_max> again{};
+        std::array<std::byte, Contact::saved_bytes_max> again{};
         expect(must_get(restored, "a pad's state restored").save(pad, again), fp::Code::ok, "a restored state saved");
         expect(saved == again, "a pad's restored state");
         saved[100] ^= std::byte{4};
-        expect(fp::PadContact::restore(pad, std::span(saved).first(info.state_bytes)).code(), fp::Code::checksum,
+        expect(Contact::restore(pad, std::span(saved).first(info.state_bytes)).code(), fp::Code::checksum,
                "a damaged state of a pad");
         const fingerpad_pad_state before = finger.c();
         for (const fp::Body &wrong : {fp::sphere(0.0f), fp::sphere(NAN), fp::cylinder(20.0f, 181.0f), fp::edge(3.0f, 0.0f, 180.0f),
@@ -219,7 +222,7 @@ void pads(const fp::Pad &pad, const fingerpad_pad &wrapped)
         expect(same(must_get(pad.first_touch(pitch_deg, 7.0f), "first touch"), want), "first touch");
     }
     expect(pad.first_touch(NAN, 0.0f).code(), fp::Code::range, "a pitch of NaN");
-    expect(fp::PadContact::over(pad, 30.0f, NAN).code(), fp::Code::range, "a roll of NaN");
+    expect(Contact::over(pad, 30.0f, NAN).code(), fp::Code::range, "a roll of NaN");
 }
 
 /* A body that presses, slides and turns below a finger of about pitch 30, its origin `height_mm` below its apex; every 61st pose is none. */
@@ -401,8 +404,18 @@ int main(int argc, char **argv)
         contacts<fp::detail::Slides>(bed, model);
         contacts<fp::detail::Spins>(bed, model);
         batch(bed);
-        pads(pad, wrapped);
+        pads<fp::PadContact>(pad, wrapped);
         frames(bed, pad, model, wrapped);
+        {
+            const fp::Branch branches[] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}};
+            fp::Pad soft = pad;
+            fingerpad_pad wrapped_soft = wrapped;
+            expect(soft.relax(branches), fp::Code::ok, "a pad that relaxes");
+            must(fingerpad_pad_relax(&wrapped_soft, branches, 3), "a pad that relaxes");
+            expect(fp::PadContact::on_plane(soft).code(), fp::Code::buffer, "a contact without room for its memory");
+            pads<fp::RelaxingPadContact>(soft, wrapped_soft);
+            frames(bed, soft, model, wrapped_soft);
+        }
         requests(bed, model);
     }
     misuse(bed_file, pad_file);

@@ -2,12 +2,13 @@
 
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape, Wrench};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::PadState;
+use fingerpad::pad::{Memory, PadState};
 use fingerpad::{Error, SpinState};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
 use crate::model::{fingerpad_model, loaded};
-use crate::pad::{FEW, FINGERPAD_PATCHES_MAX, fingerpad_pad, loaded_pad};
+use crate::pad::{fingerpad_pad, loaded_pad};
+use crate::pad_state::{Few, Kind, Many, RelaxingFew, RelaxingMany, with_kind};
 use crate::pointer::{check, exclusive, shared, write};
 use crate::types::fingerpad_response;
 
@@ -90,7 +91,7 @@ pub struct fingerpad_frame_response {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_frame_contact {
-    opaque: [u64; 288],
+    opaque: [u64; 604],
 }
 
 /// What is inside of a `fingerpad_frame_contact`: numbers throughout, so that any bits are one.
@@ -124,8 +125,9 @@ trait Held: Clone {
     const TOUCHES_CURVED: bool;
 }
 
-impl<const P: usize> Held for PadState<P> {
-    const MARK: u32 = 0x4650_4600 + P as u32;
+impl<const P: usize, M: Memory<P, f32>> Held for PadState<P, f32, M> {
+    // Another letter than that of a state alone.
+    const MARK: u32 = <Self as Kind>::MARK ^ 0x1500;
     const TOUCHES_CURVED: bool = true;
 }
 
@@ -137,13 +139,10 @@ impl Held for SpinState {
 /// Radius of the finger of a bed, mm.
 const ROUND_MM: f32 = 21.0;
 
-type Few = PadState<FEW>;
-type Many = PadState<FINGERPAD_PATCHES_MAX>;
-
 const _: () = {
-    assert!(size_of::<Marked<Many>>() <= size_of::<fingerpad_frame_contact>());
+    assert!(size_of::<Marked<RelaxingMany>>() <= size_of::<fingerpad_frame_contact>());
     assert!(size_of::<Marked<SpinState>>() <= size_of::<fingerpad_frame_contact>());
-    assert!(align_of::<Marked<Many>>() <= align_of::<fingerpad_frame_contact>());
+    assert!(align_of::<Marked<RelaxingMany>>() <= align_of::<fingerpad_frame_contact>());
 };
 
 impl fingerpad_shape {
@@ -227,6 +226,10 @@ macro_rules! with_contact {
             $action
         } else if let Some($held) = unsafe { held::<Many>($contact) }? {
             $action
+        } else if let Some($held) = unsafe { held::<RelaxingFew>($contact) }? {
+            $action
+        } else if let Some($held) = unsafe { held::<RelaxingMany>($contact) }? {
+            $action
         } else {
             let $held = unsafe { held::<SpinState>($contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
             $action
@@ -262,13 +265,8 @@ pub unsafe extern "C" fn fingerpad_frame_init_pad(
 ) -> i32 {
     // SAFETY: the caller's promise.
     answer(unsafe { loaded_pad(pad) }.and_then(|pad| {
-        if pad.is_small() {
-            // SAFETY: the caller's promise.
-            unsafe { init::<Few, _>(&pad.pad, shape, contact) }
-        } else {
-            // SAFETY: as above.
-            unsafe { init::<Many, _>(&pad.pad, shape, contact) }
-        }
+        // SAFETY: the caller's promise.
+        with_kind!(pad.kind(), S => unsafe { init::<S, _>(&pad.pad, shape, contact) })
     }))
 }
 
@@ -371,13 +369,8 @@ pub unsafe extern "C" fn fingerpad_frame_step_pad(
     let stepped = || {
         // SAFETY: the caller's promise.
         let (pad, body) = unsafe { (loaded_pad(pad)?, shared(body)?) };
-        if pad.is_small() {
-            // SAFETY: the caller's promise.
-            unsafe { step::<Few, _>(&pad.pad, contact, body, dt_s, response) }
-        } else {
-            // SAFETY: as above.
-            unsafe { step::<Many, _>(&pad.pad, contact, body, dt_s, response) }
-        }
+        // SAFETY: the caller's promise.
+        with_kind!(pad.kind(), S => unsafe { step::<S, _>(&pad.pad, contact, body, dt_s, response) })
     };
     answer(stepped())
 }

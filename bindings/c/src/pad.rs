@@ -2,8 +2,8 @@
 
 use core::ffi::c_char;
 
-use fingerpad::Tuning;
 use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, Sphere};
+use fingerpad::{BRANCHES, Branch, Relaxation, Tuning};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGERPAD_SHAPE, answer, code};
 use crate::pad_state::state_bytes;
@@ -13,6 +13,9 @@ use crate::pointer::{exclusive, items, shared, write};
 pub const FEW: usize = 37;
 /// Most patches of a pad, two more than the program `fingerpad finger` makes at most.
 pub const FINGERPAD_PATCHES_MAX: usize = 64;
+/// Most branches of tissue that relaxes.
+pub const FINGERPAD_BRANCHES_MAX: usize = 3;
+const _: () = assert!(FINGERPAD_BRANCHES_MAX == BRANCHES);
 
 /// A plane: the value of `kind` in a body.
 pub const FINGERPAD_BODY_PLANE: u32 = 0;
@@ -47,12 +50,25 @@ pub struct fingerpad_pad_info {
     pub roll_max_deg: f32,
     /// Checksum of the numbers; a saved state contains it.
     pub checksum: u32,
-    /// Bytes of a saved state: 1312 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES.
+    /// Bytes of a saved state: 1312 for a pad of up to 37 patches, else FINGERPAD_PAD_STATE_BYTES. Of tissue that relaxes 2864, else
+    /// FINGERPAD_RELAXING_PAD_STATE_BYTES.
     pub state_bytes: u32,
     /// The file's description, JSON in UTF-8 without an end mark, inside the file.
     pub meta: *const c_char,
     /// Its length in bytes.
     pub meta_length: usize,
+    /// Number of branches of tissue that relaxes; 0 for tissue that does not. Their states are `fingerpad_relaxing_pad_state`.
+    pub branches: u32,
+}
+
+/// A branch of tissue that relaxes: a stiffness that forgets.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_branch {
+    /// Its stiffness over that of the relaxed tissue, 0 to 100.
+    pub share: f32,
+    /// The time in which it forgets, s: 1e-5 to 1e5.
+    pub time_s: f32,
 }
 
 /// The rigid body that a pad touches. Its apex is the point with the tangent plane that depth, slide and pose refer to. Numbers
@@ -89,9 +105,9 @@ const _: () = {
 };
 
 impl LoadedPad {
-    /// Whether its states are of the smaller size.
-    pub fn is_small(&self) -> bool {
-        self.pad.patches.len() <= FEW
+    /// The kind of its states: whether the tissue relaxes, and whether they are of the smaller size.
+    pub fn kind(&self) -> (bool, bool) {
+        (self.pad.relaxation().is_some(), self.pad.patches.len() <= FEW)
     }
 
     /// Checksum of the numbers.
@@ -145,7 +161,7 @@ unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Resul
     }
     // SAFETY: the caller's promise.
     let bytes = unsafe { items(file, length) }?;
-    let file = PadFile::from_bytes(bytes).and_then(PadFile::without_branches).map_err(code)?;
+    let file = PadFile::from_bytes(bytes).map_err(code)?;
     if file.pad.patches.len() > FINGERPAD_PATCHES_MAX {
         return Err(FINGERPAD_SHAPE);
     }
@@ -178,6 +194,34 @@ pub unsafe extern "C" fn fingerpad_pad_tune(pad: *mut fingerpad_pad, size: f32, 
     answer(tuned())
 }
 
+/// Gives the tissue other branches than the file's, at most FINGERPAD_BRANCHES_MAX; none with a `count` of 0. Held at a depth the force then
+/// falls as 1 plus the sum of share times exp(-t / time). A state belongs to one such choice: initialise it again afterwards.
+///
+/// The times 0.004, 0.07 and 1.4 s are those of a human finger (Pawluk and Howe 1999). Shares of 1, 0.6 and 0.6 are assumed: measure them.
+///
+/// Returns FINGERPAD_OK, or FINGERPAD_SHAPE for too many, FINGERPAD_RANGE; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_relax(
+    pad: *mut fingerpad_pad,
+    branches: *const fingerpad_branch,
+    count: usize,
+) -> i32 {
+    let relaxed = || {
+        // SAFETY: the caller's promise.
+        let (loaded, branches) = unsafe { (loaded_pad(pad)?, items(branches, count)?) };
+        let mut list = [Branch::default(); BRANCHES];
+        for (slot, branch) in list.get_mut(..count).ok_or(FINGERPAD_SHAPE)?.iter_mut().zip(branches) {
+            *slot = Branch { share: branch.share, time_s: branch.time_s };
+        }
+        let relaxation = Relaxation::new(list.get(..count).unwrap_or(&[])).map_err(code)?;
+        let in_use = loaded.pad.with_relaxation(relaxation);
+        // SAFETY: as for `loaded_pad`.
+        unsafe { exclusive(pad.cast::<LoadedPad>()) }?.pad = in_use;
+        Ok(())
+    };
+    answer(relaxed())
+}
+
 /// What a pad's file says of itself.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_describe(pad: *const fingerpad_pad, info: *mut fingerpad_pad_info) -> i32 {
@@ -196,6 +240,7 @@ pub unsafe extern "C" fn fingerpad_pad_describe(pad: *const fingerpad_pad, info:
             state_bytes: state_bytes(loaded) as u32,
             meta: loaded.meta.as_ptr().cast(),
             meta_length: loaded.meta.len(),
+            branches: fitted.relaxation().branches().iter().filter(|branch| branch.share != 0.0).count() as u32,
         };
         // SAFETY: the caller's promise.
         unsafe { write(info, says) }

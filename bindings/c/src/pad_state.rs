@@ -1,7 +1,7 @@
 //! The memory of a contact of a pad: set up, strength, step, patches, save, restore.
 
-use fingerpad::pad::{Body, Pad, PadOn, PadState, PatchState, pad_state_bytes};
-use fingerpad::{Drivable, Driven, Motion, Response};
+use fingerpad::pad::{Body, Memory, Pad, PadOn, PadState, PatchState, RelaxingPadState};
+use fingerpad::{Drivable, Driven, Error, Motion, Response};
 
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
 use crate::driven::fingerpad_drive;
@@ -12,6 +12,8 @@ use crate::types::{fingerpad_motion, fingerpad_response};
 
 /// Most bytes of a saved state of a pad; `state_bytes` of `fingerpad_pad_info` is the number for one pad.
 pub const FINGERPAD_PAD_STATE_BYTES: usize = 1852;
+/// The same of a pad that relaxes.
+pub const FINGERPAD_RELAXING_PAD_STATE_BYTES: usize = 4376;
 
 /// All that a contact of a pad remembers: 1844 bytes, room for FINGERPAD_PATCHES_MAX patches, so that a program takes any pad
 /// without a rebuild. A pad of up to 37 patches, the usual number, uses the first 1304 bytes and a step made for so many,
@@ -65,97 +67,109 @@ pub struct fingerpad_patch {
 
 const MANY: usize = FINGERPAD_PATCHES_MAX;
 
-/// What is inside of a `fingerpad_pad_state`: the mark of a state of that size, and the state, of which any bits are one.
+/// The same for tissue that relaxes: 4368 bytes. Set it up with `fingerpad_relaxing_pad_state_init` or
+/// `fingerpad_relaxing_pad_state_init_over`, for any pad, and hand `&state` of it to every function. For a pad that does not relax it is a
+/// `fingerpad_pad_state` with unused room.
 #[repr(C)]
-struct Marked<const P: usize> {
-    mark: u32,
-    state: PadState<P>,
+#[derive(Clone, Copy)]
+pub struct fingerpad_relaxing_pad_state {
+    /// Its beginning, which stands for it.
+    pub state: fingerpad_pad_state,
+    more: [u32; 631],
 }
 
-impl<const P: usize> Marked<P> {
-    const MARK: u32 = 0x4650_5300 + P as u32;
+/// What is inside of a `fingerpad_pad_state`: the mark of a state of that kind, and the state, of which any bits are one.
+#[repr(C)]
+struct Marked<S> {
+    mark: u32,
+    state: S,
+}
+
+/// The kinds of states: for few patches or many, of tissue that follows the motion at once or relaxes.
+pub trait Kind: Copy {
+    const MARK: u32;
+}
+
+pub type Few = PadState<FEW>;
+pub type Many = PadState<MANY>;
+pub type RelaxingFew = RelaxingPadState<FEW>;
+pub type RelaxingMany = RelaxingPadState<MANY>;
+
+impl<const P: usize, M: Memory<P, f32>> Kind for PadState<P, f32, M> {
+    const MARK: u32 = 0x4650_5300 + P as u32 + if size_of::<M>() == 0 { 0 } else { 128 };
 }
 
 const _: () = {
-    assert!(size_of::<Marked<FEW>>() < size_of::<Marked<MANY>>());
-    assert!(size_of::<Marked<MANY>>() == size_of::<fingerpad_pad_state>());
-    assert!(align_of::<Marked<MANY>>() == align_of::<fingerpad_pad_state>());
-    assert!(pad_state_bytes(MANY) == FINGERPAD_PAD_STATE_BYTES);
+    assert!(size_of::<Marked<Few>>() < size_of::<Marked<Many>>());
+    assert!(size_of::<Marked<Many>>() == size_of::<fingerpad_pad_state>());
+    assert!(size_of::<Marked<RelaxingFew>>() < size_of::<Marked<RelaxingMany>>());
+    assert!(size_of::<Marked<RelaxingMany>>() == size_of::<fingerpad_relaxing_pad_state>());
+    assert!(align_of::<Marked<RelaxingMany>>() == align_of::<fingerpad_pad_state>());
+    assert!(Many::SAVED_BYTES == FINGERPAD_PAD_STATE_BYTES);
+    assert!(RelaxingMany::SAVED_BYTES == FINGERPAD_RELAXING_PAD_STATE_BYTES);
 };
 
-/// A state that was set up.
-enum Memory<Few, Many> {
-    Few(Few),
-    Many(Many),
-}
-
-/// Does the same with a state of either size.
-macro_rules! with_memory {
-    ($memory:expr, $state:ident => $action:expr) => {
-        match $memory {
-            Memory::Few($state) => $action,
-            Memory::Many($state) => $action,
+/// Does the same with a kind of state, `S`: whether the tissue relaxes, and whether it has few patches.
+macro_rules! with_kind {
+    ($kind:expr, $S:ident => $action:expr) => {
+        match $kind {
+            (false, true) => {
+                type $S = $crate::pad_state::Few;
+                $action
+            }
+            (false, false) => {
+                type $S = $crate::pad_state::Many;
+                $action
+            }
+            (true, true) => {
+                type $S = $crate::pad_state::RelaxingFew;
+                $action
+            }
+            (true, false) => {
+                type $S = $crate::pad_state::RelaxingMany;
+                $action
+            }
         }
     };
 }
+pub(crate) use with_kind;
 
 /// Bytes of a saved state of a pad.
 pub fn state_bytes(pad: &LoadedPad) -> usize {
-    pad_state_bytes(if pad.is_small() { FEW } else { MANY })
+    with_kind!(pad.kind(), S => S::SAVED_BYTES)
 }
 
-/// A state to change.
-unsafe fn memory<'a>(
-    state: *mut fingerpad_pad_state,
-) -> Result<Memory<&'a mut PadState<FEW>, &'a mut PadState<MANY>>, i32> {
+/// A state of this kind to change. One of a pad of another size or tissue is none.
+unsafe fn memory<'a, S: Kind>(state: *mut fingerpad_pad_state) -> Result<&'a mut S, i32> {
     // SAFETY: the caller's promise; the mark is a number whatever lies there.
-    match *unsafe { shared(state.cast::<u32>()) }? {
-        // SAFETY: the mark stands only where a state of that size was written, or in a copy of that.
-        Marked::<FEW>::MARK => Ok(Memory::Few(&mut unsafe { exclusive(state.cast::<Marked<FEW>>()) }?.state)),
-        // SAFETY: as above.
-        Marked::<MANY>::MARK => Ok(Memory::Many(&mut unsafe { exclusive(state.cast::<Marked<MANY>>()) }?.state)),
-        _ => Err(FINGERPAD_NOT_SET_UP),
+    if *unsafe { shared(state.cast::<u32>()) }? != S::MARK {
+        return Err(FINGERPAD_NOT_SET_UP);
     }
+    // SAFETY: the mark stands only where a state of that kind was written, or in a copy of that.
+    Ok(&mut unsafe { exclusive(state.cast::<Marked<S>>()) }?.state)
 }
 
-/// A state of a pad to change. One of a pad with fewer patches has no room.
-unsafe fn memory_of<'a>(
-    pad: &LoadedPad,
-    state: *mut fingerpad_pad_state,
-) -> Result<Memory<&'a mut PadState<FEW>, &'a mut PadState<MANY>>, i32> {
-    // SAFETY: the caller's promise.
-    let memory = unsafe { memory(state) }?;
-    if matches!(memory, Memory::Few(_)) == pad.is_small() { Ok(memory) } else { Err(FINGERPAD_NOT_SET_UP) }
-}
-
-/// A state of a pad to read.
-unsafe fn memory_to_read<'a>(
-    pad: &LoadedPad,
-    state: *const fingerpad_pad_state,
-) -> Result<Memory<&'a PadState<FEW>, &'a PadState<MANY>>, i32> {
+/// The same to read.
+unsafe fn memory_to_read<'a, S: Kind>(state: *const fingerpad_pad_state) -> Result<&'a S, i32> {
     // SAFETY: the caller's promise; nothing is changed.
-    Ok(match unsafe { memory_of(pad, state.cast_mut()) }? {
-        Memory::Few(state) => Memory::Few(state),
-        Memory::Many(state) => Memory::Many(state),
-    })
+    Ok(unsafe { memory(state.cast_mut()) }?)
 }
 
-/// Writes a fresh state of the size that a pad's states have.
-unsafe fn write_fresh(
-    state: *mut fingerpad_pad_state,
-    fresh: Memory<PadState<FEW>, PadState<MANY>>,
-) -> Result<(), i32> {
-    match fresh {
-        // SAFETY: the caller's promise; size and alignment were checked above.
-        Memory::Few(fresh) => unsafe { write(state.cast(), Marked { mark: Marked::<FEW>::MARK, state: fresh }) },
-        // SAFETY: as above.
-        Memory::Many(fresh) => unsafe { write(state.cast(), Marked { mark: Marked::<MANY>::MARK, state: fresh }) },
-    }
+/// Writes a fresh state of the kind that a pad's states have, where there is room for it.
+unsafe fn write_fresh<S: Kind>(state: *mut fingerpad_pad_state, fresh: Result<S, Error>) -> Result<(), i32> {
+    let fresh = Marked { mark: S::MARK, state: fresh.map_err(code)? };
+    // SAFETY: the caller's promise; size and alignment were checked above.
+    unsafe { write(state.cast(), fresh) }
 }
 
 /// A step. Not inlined, so that a pad of few patches needs the stack of a step of few alone.
 #[inline(never)]
-fn step<const P: usize>(pad: &Pad<'_>, state: &mut PadState<P>, body: &Body, motion: fingerpad_pad_motion) -> Response {
+fn step<const P: usize, M: Memory<P, f32>>(
+    pad: &Pad<'_>,
+    state: &mut PadState<P, f32, M>,
+    body: &Body,
+    motion: fingerpad_pad_motion,
+) -> Response {
     let fingerpad_pad_motion { depth_mm, slide_x_mm, slide_y_mm, spin_rad, pitch_deg, roll_deg, dt_s } = motion;
     let motion = Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], spin_increment_rad: spin_rad, dt_s };
     pad.step(state, body, motion, [pitch_deg, roll_deg])
@@ -163,9 +177,9 @@ fn step<const P: usize>(pad: &Pad<'_>, state: &mut PadState<P>, body: &Body, mot
 
 /// Writes the load of each patch to an array with room for all of them. Not inlined either.
 #[inline(never)]
-unsafe fn write_patches<const P: usize>(
+unsafe fn write_patches<const P: usize, M: Memory<P, f32>>(
     pad: &Pad<'_>,
-    state: &PadState<P>,
+    state: &PadState<P, f32, M>,
     body: &Body,
     out: *mut fingerpad_patch,
 ) -> Result<(), i32> {
@@ -184,30 +198,47 @@ impl From<PatchState> for fingerpad_patch {
     }
 }
 
-/// A finger in the air over a plane, with a strength factor of 1. Poses turn about the point of first touch in the neutral pose.
-///
-/// Returns FINGERPAD_OK, or FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fingerpad_pad_state_init(pad: *const fingerpad_pad, state: *mut fingerpad_pad_state) -> i32 {
-    let made = || {
-        // SAFETY: the caller's promise.
-        let pad = unsafe { loaded_pad(pad) }?;
-        let fresh = if pad.is_small() {
-            Memory::Few(PadState::new(&pad.pad).map_err(code)?)
-        } else {
-            Memory::Many(PadState::new(&pad.pad).map_err(code)?)
-        };
+/// A fresh state over a plane, or over a body in a pose.
+unsafe fn init(pad: &LoadedPad, state: *mut fingerpad_pad_state, over_deg: Option<[f32; 2]>) -> Result<(), i32> {
+    if over_deg.is_some_and(|pose| !pose.iter().all(|angle| angle.is_finite())) {
+        return Err(FINGERPAD_RANGE);
+    }
+    with_kind!(pad.kind(), S => {
+        let fresh = over_deg.map_or_else(|| S::fresh(&pad.pad), |pose| S::fresh_over(&pad.pad, pose));
         // SAFETY: the caller's promise.
         unsafe { write_fresh(state, fresh) }
-    };
-    answer(made())
+    })
+}
+
+/// The same where there is no room for tissue that relaxes.
+unsafe fn init_plain(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_pad_state,
+    over_deg: Option<[f32; 2]>,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    let pad = unsafe { loaded_pad(pad) }?;
+    if pad.kind().0 {
+        return Err(FINGERPAD_BUFFER);
+    }
+    // SAFETY: the caller's promise.
+    unsafe { init(pad, state, over_deg) }
+}
+
+/// A finger in the air over a plane, with a strength factor of 1. Poses turn about the point of first touch in the neutral pose.
+///
+/// Returns FINGERPAD_OK, FINGERPAD_BUFFER for a pad whose tissue relaxes (use `fingerpad_relaxing_pad_state_init`), or FINGERPAD_NULL,
+/// FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_pad_state_init(pad: *const fingerpad_pad, state: *mut fingerpad_pad_state) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { init_plain(pad, state, None) })
 }
 
 /// A finger in the air over a body whose apex lies under first touch in a pose, and about which the finger turns: for spheres,
 /// cylinders and edges. A pose beyond those of the fit counts as the nearest of them; the first step flags it.
 ///
-/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a pitch or roll of NaN, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
-/// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+/// Returns as `fingerpad_pad_state_init`, or FINGERPAD_RANGE for a pitch or roll of NaN.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_state_init_over(
     pad: *const fingerpad_pad,
@@ -215,41 +246,55 @@ pub unsafe extern "C" fn fingerpad_pad_state_init_over(
     pitch_deg: f32,
     roll_deg: f32,
 ) -> i32 {
-    let made = || {
-        // SAFETY: the caller's promise.
-        let pad = unsafe { loaded_pad(pad) }?;
-        if !(pitch_deg.is_finite() && roll_deg.is_finite()) {
-            return Err(FINGERPAD_RANGE);
-        }
-        let pose_deg = [pitch_deg, roll_deg];
-        let fresh = if pad.is_small() {
-            Memory::Few(PadState::over(&pad.pad, pose_deg).map_err(code)?)
-        } else {
-            Memory::Many(PadState::over(&pad.pad, pose_deg).map_err(code)?)
-        };
-        // SAFETY: the caller's promise.
-        unsafe { write_fresh(state, fresh) }
-    };
-    answer(made())
+    // SAFETY: the caller's promise.
+    answer(unsafe { init_plain(pad, state, Some([pitch_deg, roll_deg])) })
+}
+
+/// As `fingerpad_pad_state_init`, of any pad.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_relaxing_pad_state_init(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_relaxing_pad_state,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad).and_then(|pad| init(pad, state.cast(), None)) })
+}
+
+/// As `fingerpad_pad_state_init_over`, of any pad.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_relaxing_pad_state_init_over(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_relaxing_pad_state,
+    pitch_deg: f32,
+    roll_deg: f32,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad).and_then(|pad| init(pad, state.cast(), Some([pitch_deg, roll_deg]))) })
 }
 
 /// Sets the factor on all strengths, 0.1 to 5, from the next step on: what moisture, speed or dwell make of the friction. Returns
 /// FINGERPAD_OK, or FINGERPAD_RANGE; then the factor stays.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_state_set_strength_factor(state: *mut fingerpad_pad_state, factor: f32) -> i32 {
-    // SAFETY: the caller's promise.
-    answer(unsafe { memory(state) }.and_then(|state| {
-        if !(0.1..=5.0).contains(&factor) {
-            return Err(FINGERPAD_RANGE);
-        }
-        with_memory!(state, state => state.set_strength_factor(factor));
-        Ok(())
-    }))
+    let set = || {
+        // SAFETY: the caller's promise; the mark is a number whatever lies there.
+        let mark = *unsafe { shared(state.cast::<u32>()) }?;
+        with_kind!((mark >= RelaxingFew::MARK, mark == Few::MARK || mark == RelaxingFew::MARK), S => {
+            // SAFETY: the caller's promise.
+            let state = unsafe { memory::<S>(state) }?;
+            if !(0.1..=5.0).contains(&factor) {
+                return Err(FINGERPAD_RANGE);
+            }
+            state.set_strength_factor(factor);
+            Ok(())
+        })
+    };
+    answer(set())
 }
 
 /// Advances a contact of a pad on a body by one step. Accepts a motion of any bits and reports errors in it in `status` of
 /// the response: also a pose beyond the fit (FINGERPAD_STATUS_POSE_OUT_OF_RANGE) and a step without equilibrium
-/// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches) and ten to a hundred times the
+/// (FINGERPAD_STATUS_NOT_CONVERGED). Needs 13 kB of stack (21 kB for more than 37 patches; 1 kB more for tissue that relaxes) and ten to a hundred times the
 /// time of `fingerpad_step`.
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
@@ -265,13 +310,14 @@ pub unsafe extern "C" fn fingerpad_pad_step(
     let stepped = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        // SAFETY: the caller's promise.
-        let state = unsafe { memory_of(pad, state) }?;
-        check(response)?;
-        let body = body.checked()?;
-        let forces = with_memory!(state, state => step(&pad.pad, state, &body, motion));
-        // SAFETY: the caller's promise.
-        unsafe { write(response, forces.into()) }
+        with_kind!(pad.kind(), S => {
+            // SAFETY: the caller's promise.
+            let state = unsafe { memory::<S>(state) }?;
+            check(response)?;
+            let forces = step(&pad.pad, state, &body.checked()?, motion);
+            // SAFETY: the caller's promise.
+            unsafe { write(response, forces.into()) }
+        })
     };
     answer(stepped())
 }
@@ -295,16 +341,16 @@ pub unsafe extern "C" fn fingerpad_pad_step_driven(
     let stepped = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        // SAFETY: the caller's promise.
-        let state = unsafe { memory_of(pad, state) }?;
-        check(response)?;
-        if !motion.is_null() {
-            check(motion)?;
-        }
-        let body = body.checked()?;
-        let finger = PadOn { pad: pad.pad, body: &body, pose_deg: [pitch_deg, roll_deg] };
-        let Driven { response: forces, motion: led } =
-            with_memory!(state, state => finger.step_driven(state, drive.into()));
+        let finger = |body| PadOn { pad: pad.pad, body, pose_deg: [pitch_deg, roll_deg] };
+        let Driven { response: forces, motion: led } = with_kind!(pad.kind(), S => {
+            // SAFETY: the caller's promise.
+            let state = unsafe { memory::<S>(state) }?;
+            check(response)?;
+            if !motion.is_null() {
+                check(motion)?;
+            }
+            finger(&body.checked()?).step_driven(state, drive.into())
+        });
         if !motion.is_null() {
             // SAFETY: the caller's promise.
             unsafe { write(motion, led.into()) }?;
@@ -332,10 +378,10 @@ pub unsafe extern "C" fn fingerpad_pad_gradient(
     let written = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        // SAFETY: the caller's promise.
-        let state = unsafe { memory_to_read(pad, state) }?;
-        let body = body.checked()?;
-        let found = with_memory!(state, state => {
+        let found = with_kind!(pad.kind(), S => {
+            // SAFETY: the caller's promise.
+            let state = unsafe { memory_to_read::<S>(state) }?;
+            let body = body.checked()?;
             let finger = PadOn { pad: pad.pad, body: &body, pose_deg: pad.pad.pose_deg(state) };
             finger.gradient(state, [depth_mm, slide_x_mm, slide_y_mm])
         });
@@ -346,7 +392,7 @@ pub unsafe extern "C" fn fingerpad_pad_gradient(
 }
 
 /// The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
-/// load. Takes many steps at each of 13 depths.
+/// load. Tissue that relaxes has relaxed then: the grip holds the load for good. Takes many steps at each of 13 depths.
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a body that cannot be, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP.
 #[unsafe(no_mangle)]
@@ -368,7 +414,7 @@ pub unsafe extern "C" fn fingerpad_pad_least_grip(
         let body = body.checked()?;
         let finger = PadOn { pad: pad.pad, body: &body, pose_deg: [pitch_deg, roll_deg] };
         let load_n = [load_x_n, load_y_n];
-        let found = if pad.is_small() {
+        let found = if pad.kind().1 {
             finger.least_grip::<FEW>(load_n, margin, strength_factor)
         } else {
             finger.least_grip::<MANY>(load_n, margin, strength_factor)
@@ -396,15 +442,17 @@ pub unsafe extern "C" fn fingerpad_pad_patches(
     let written = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        // SAFETY: the caller's promise.
-        let state = unsafe { memory_to_read(pad, state) }?;
-        check(patches)?;
-        let body = body.checked()?;
-        if count < pad.pad.patches.len() {
-            return Err(FINGERPAD_BUFFER);
-        }
-        // SAFETY: the caller's promise: there is room for `count` of them.
-        with_memory!(state, state => unsafe { write_patches(&pad.pad, state, &body, patches) })
+        with_kind!(pad.kind(), S => {
+            // SAFETY: the caller's promise.
+            let state = unsafe { memory_to_read::<S>(state) }?;
+            check(patches)?;
+            let body = body.checked()?;
+            if count < pad.pad.patches.len() {
+                return Err(FINGERPAD_BUFFER);
+            }
+            // SAFETY: the caller's promise: there is room for `count` of them.
+            unsafe { write_patches(&pad.pad, state, &body, patches) }
+        })
     };
     answer(written())
 }
@@ -423,16 +471,19 @@ pub unsafe extern "C" fn fingerpad_pad_state_save(
     let saved = || {
         // SAFETY: the caller's promise.
         let pad = unsafe { loaded_pad(pad) }?;
-        // SAFETY: the caller's promise.
-        let (state, bytes) = unsafe { (memory_to_read(pad, state)?, items_mut(bytes, length)?) };
-        with_memory!(state, state => state.write_bytes(pad.checksum(), bytes)).map(|_| ()).map_err(code)
+        with_kind!(pad.kind(), S => {
+            // SAFETY: the caller's promise.
+            let (state, bytes) = unsafe { (memory_to_read::<S>(state)?, items_mut(bytes, length)?) };
+            state.write_bytes(pad.checksum(), bytes).map(|_| ()).map_err(code)
+        })
     };
     answer(saved())
 }
 
-/// Reads a state that `fingerpad_pad_state_save` wrote with the same pad's file; `state` need not be set up.
+/// Reads a state that `fingerpad_pad_state_save` wrote with the same pad's file and branches; `state` need not be set up, but of a pad
+/// that relaxes it must have been.
 ///
-/// Returns FINGERPAD_OK, or: FINGERPAD_LENGTH if `length` is not `state_bytes`, FINGERPAD_CHECKSUM if damaged,
+/// Returns FINGERPAD_OK, or: FINGERPAD_NOT_SET_UP for the pad or such a state, FINGERPAD_LENGTH if `length` is not `state_bytes`, FINGERPAD_CHECKSUM if damaged,
 /// FINGERPAD_VERSION_UNKNOWN, FINGERPAD_OTHER_MODEL, FINGERPAD_RANGE for a value that no step leaves behind; then the state
 /// stays as it was.
 #[unsafe(no_mangle)]
@@ -445,13 +496,16 @@ pub unsafe extern "C" fn fingerpad_pad_state_restore(
     let restored = || {
         // SAFETY: the caller's promise.
         let (pad, bytes) = unsafe { (loaded_pad(pad)?, items(bytes, length)?) };
-        let read = if pad.is_small() {
-            Memory::Few(PadState::read_bytes(pad.checksum(), bytes).map_err(code)?)
-        } else {
-            Memory::Many(PadState::read_bytes(pad.checksum(), bytes).map_err(code)?)
-        };
+        if pad.kind().0 {
+            // Only the mark of a relaxing state shows that there is room for one.
+            // SAFETY: the caller's promise; the mark is a number whatever lies there.
+            let mark = *unsafe { shared(state.cast::<u32>()) }?;
+            if ![RelaxingFew::MARK, RelaxingMany::MARK].contains(&mark) {
+                return Err(FINGERPAD_NOT_SET_UP);
+            }
+        }
         // SAFETY: the caller's promise.
-        unsafe { write_fresh(state, read) }
+        with_kind!(pad.kind(), S => unsafe { write_fresh(state, S::read_bytes(pad.checksum(), bytes)) })
     };
     answer(restored())
 }

@@ -91,6 +91,9 @@ pub struct fingerpad_response {
     pub friction_limit_n: f32,
     /// 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
     pub slip_margin: f32,
+    /// The margin that is left when the tissue of a pad has relaxed at the present depth, if the load stays: 0 where the load slips before.
+    /// The slip margin itself where nothing relaxes.
+    pub slip_margin_relaxed: f32,
     /// Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
     pub spin_moment_n_mm: f32,
     /// Moment of all forces about x through the point under first touch, N mm.
@@ -141,6 +144,7 @@ impl From<Response> for fingerpad_response {
             stick_ratio: r.stick_ratio,
             friction_limit_n: r.friction_limit_n,
             slip_margin: r.slip_margin,
+            slip_margin_relaxed: r.slip_margin_relaxed,
             spin_moment_n_mm: r.spin_moment_n_mm,
             tilt_moment_x_n_mm: r.tilt_moment_n_mm[0],
             tilt_moment_y_n_mm: r.tilt_moment_n_mm[1],

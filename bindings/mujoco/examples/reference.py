@@ -7,10 +7,10 @@ C_FOLDER = pathlib.Path(__file__).resolve().parents[2] / "c"
 #: Numbers of a response in the order of the header, and those of them that the plugin writes.
 FIELDS = (
     "normal_force_n friction_x_n friction_y_n tangential_friction_x_n tangential_friction_y_n stick_ratio friction_limit_n "
-    "slip_margin spin_moment_n_mm tilt_moment_x_n_mm tilt_moment_y_n_mm "
+    "slip_margin slip_margin_relaxed spin_moment_n_mm tilt_moment_x_n_mm tilt_moment_y_n_mm "
     "pressure_centre_x_mm pressure_centre_y_mm contact_area_mm2 band_normal_n band_friction_n"
 ).split()
-RESPONSE = [name for name in FIELDS if not name.startswith(("tangential", "tilt"))]
+RESPONSE = [name for name in FIELDS if not name.startswith(("tangential", "tilt", "slip_margin_relaxed"))]
 
 
 class Response(ctypes.Structure):

@@ -299,6 +299,11 @@ static int read_model(settings* s, const mjModel* m, int instance) {
     return refuse(m, instance, "model_file", path, *path ? why : "give the path of a .fpm file");
   }
   int code = load(s, length);
+  fingerpad_pad_info pad = {0};
+  if (code == FINGERPAD_OK && s->is_pad) code = fingerpad_pad_describe(&s->pad, &pad);
+  if (pad.branches) {
+    return refuse(m, instance, "model_file", path, "section RELX: its tissue relaxes, which the plugin does not follow");
+  }
   if (code == FINGERPAD_OK) {
     if (tune(s, m, instance)) return -1;
     if (s->is_pad) s->patch_stiffness = patch_stiffness(s);

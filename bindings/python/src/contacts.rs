@@ -2,10 +2,13 @@
 //!
 //! Main type: [`Contacts`].
 
+use std::marker::PhantomData;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use bytemuck::Pod;
 use fingerpad::events::{Change, WatchSettings};
 use fingerpad::frames::Shape;
+use fingerpad::pad::{Memory, PadMemory};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -161,22 +164,26 @@ impl Contacts {
         description: String,
         poses_deg: PyReadonlyArray2<'_, f32>,
     ) -> PyResult<Self> {
-        fn of<const P: usize>(
+        fn of<const P: usize, M: Memory<P, f32> + Pod + Send>(
             pad: &Pad,
             body: fingerpad::pad::Body,
             description: String,
             poses_deg: &[[f32; 2]],
         ) -> PyResult<Box<dyn Group>> {
-            let made = Patches::<P>::new(pad, body, description, poses_deg.to_vec()).map_err(error::model)?;
+            let made = Patches::<P, M>::new(pad, body, description, poses_deg.to_vec()).map_err(error::model)?;
             Ok(Box::new(made.ok_or_else(|| no_room(poses_deg.len()))?))
         }
         let body = pad::body(kind, numbers).ok_or_else(|| error::input(format!("body: {kind} is none")))?;
         let poses_deg = poses_deg.as_slice()?.as_chunks::<2>().0;
         let patches = pad.patches();
-        let group = match patches {
-            ..=pad::USUAL => of::<{ pad::USUAL }>(pad, body, description, poses_deg)?,
-            _ => of::<{ pad::MOST }>(pad, body, description, poses_deg)?,
+        let few = patches <= pad::USUAL;
+        let made = match (few, pad.relaxes()) {
+            (true, false) => of::<{ pad::USUAL }, ()>,
+            (false, false) => of::<{ pad::MOST }, ()>,
+            (true, true) => of::<{ pad::USUAL }, PadMemory<{ pad::USUAL }>>,
+            (false, true) => of::<{ pad::MOST }, PadMemory<{ pad::MOST }>>,
         };
+        let group = made(pad, body, description, poses_deg)?;
         Ok(Self::of(group, poses_deg.len(), patches))
     }
 
@@ -189,12 +196,22 @@ impl Contacts {
         let shape =
             frames::shape(kind, &sizes).ok_or_else(|| error::input(format!("shape: a {kind} of {sizes:?} is none")))?;
         let group = if let Ok(pad) = model.cast::<Pad>() {
-            let pad = pad.get();
-            let (tables, tuning) = (pad.tables.clone(), pad.tuning);
-            match pad.patches() {
-                ..=pad::USUAL => of(PadOf::<{ pad::USUAL }> { tables, tuning }, shape, count)?,
-                _ => of(PadOf::<{ pad::MOST }> { tables, tuning }, shape, count)?,
+            fn of_pad<const P: usize, M: Memory<P, f32> + Send + 'static>(
+                pad: &Pad,
+                shape: Shape,
+                count: usize,
+            ) -> PyResult<Box<dyn Group>> {
+                let (tables, tuning) = (pad.tables.clone(), pad.tuning);
+                of(PadOf::<P, M> { tables, tuning, memory: PhantomData }, shape, count)
             }
+            let pad = pad.get();
+            let made = match (pad.patches() <= pad::USUAL, pad.relaxes()) {
+                (true, false) => of_pad::<{ pad::USUAL }, ()>,
+                (false, false) => of_pad::<{ pad::MOST }, ()>,
+                (true, true) => of_pad::<{ pad::USUAL }, PadMemory<{ pad::USUAL }>>,
+                (false, true) => of_pad::<{ pad::MOST }, PadMemory<{ pad::MOST }>>,
+            };
+            made(pad, shape, count)?
         } else {
             let model = model.cast::<Model>()?.get();
             of(BedOf { data: model.data.clone(), tuning: model.tuning }, shape, count)?

@@ -283,6 +283,11 @@ impl Response {
         self.float(FORCES + 9)
     }
 
+    #[getter]
+    fn slip_margin_relaxed(&self) -> f32 {
+        self.float(FORCES + 10)
+    }
+
     /// The response as an array of one record of `RESPONSE`.
     fn to_record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let bytes: Vec<u8> = self.words.iter().flat_map(|word| word.to_ne_bytes()).collect();

@@ -2,12 +2,13 @@
 //!
 //! Main type: [`Placed`], for [`PadOf`] and [`BedOf`]. Uses the core's frames.
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use fingerpad::build::Data;
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::{Pad as PadInPlace, PadState};
+use fingerpad::pad::{Memory, Pad as PadInPlace, PadState};
 use fingerpad::{Error, NODES, SPRINGS, SpinState, Tuning};
 
 use crate::group::{Group, RESPONSE, Row, Watches, states, write_floats, write_response};
@@ -46,22 +47,23 @@ pub trait Owner: Clone + Send + 'static {
 
 /// A pad of at most `P` patches.
 #[derive(Clone)]
-pub struct PadOf<const P: usize> {
+pub struct PadOf<const P: usize, M> {
     pub tables: Arc<Tables>,
     pub tuning: Tuning,
+    pub memory: PhantomData<M>,
 }
 
-impl<const P: usize> Owner for PadOf<P> {
-    type State = PadState<P>;
+impl<const P: usize, M: Memory<P, f32> + Send + 'static> Owner for PadOf<P, M> {
+    type State = PadState<P, f32, M>;
     type Finger<'a> = PadInPlace<'a>;
 
     fn finger(&self) -> Result<PadInPlace<'_>, Error> {
         self.tables.pad().tuned(self.tuning)
     }
-    fn depth_and_factor(&self, state: &PadState<P>) -> (f32, f32) {
+    fn depth_and_factor(&self, state: &Self::State) -> (f32, f32) {
         (self.finger().map_or(0.0, |pad| pad.depth_mm(state)), state.strength_factor())
     }
-    fn set_strength_factor(state: &mut PadState<P>, factor: f32) {
+    fn set_strength_factor(state: &mut Self::State, factor: f32) {
         state.set_strength_factor(factor);
     }
 }

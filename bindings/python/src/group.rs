@@ -11,8 +11,9 @@ use crate::frames::Pose;
 
 /// Words of the forces of one contact: six floats, regime and status.
 pub const FORCES: usize = 8;
-/// Words of the whole response of a contact: limit, area, centre of pressure, bands, friction alone and moments as well.
-pub const RESPONSE: usize = 18;
+/// Words of the whole response of a contact: limit, area, centre of pressure, bands, friction alone, moments and the margin that is left when
+/// the tissue has relaxed as well.
+pub const RESPONSE: usize = 19;
 /// Place of the stick ratio and of the regime among a contact's words.
 const STICK_RATIO: usize = 5;
 pub const REGIME: usize = 6;
@@ -245,7 +246,7 @@ pub fn write_response(r: &Response, out: &mut [u32]) {
     out[REGIME + 1] = r.status.0;
     let rest = [r.friction_limit_n, r.contact_area_mm2, centre_x, centre_y, r.band_normal_n, r.band_friction_n];
     let ([tangential_x, tangential_y], [about_x, about_y]) = (r.tangential_friction_n, r.tilt_moment_n_mm);
-    let more = [tangential_x, tangential_y, about_x, about_y];
+    let more = [tangential_x, tangential_y, about_x, about_y, r.slip_margin_relaxed];
     write_floats(rest, &mut out[FORCES..]);
     write_floats(more, out.get_mut(FORCES + rest.len()..).unwrap_or_default());
 }

@@ -7,12 +7,13 @@ use std::hash::{Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use bytemuck::Pod;
 use fingerpad::host::PadModelFile;
 use fingerpad::pad::{
-    Body, Cylinder, Edge, Numbers, Pad as PadInPlace, PadOn, PadState, Patch, PatchState, Plane, Sphere, Surface,
-    pad_state_bytes,
+    Body, Cylinder, Edge, Memory, Numbers, Orthotropy, Pad as PadInPlace, PadOn, PadState, Patch, PatchState, Plane,
+    Sphere, Surface,
 };
-use fingerpad::{Error, Grip, Tuning};
+use fingerpad::{Branch, Error, Field, Grip, Relaxation, Tuning};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -35,12 +36,14 @@ pub const MOST: usize = 128;
 pub struct Tables {
     patches: Vec<Patch>,
     numbers: Numbers,
+    relaxation: Relaxation,
+    orthotropy: Orthotropy,
 }
 
 impl Tables {
     /// The pad as fitted.
     pub fn pad(&self) -> PadInPlace<'_> {
-        PadInPlace::new(&self.patches, &self.numbers)
+        PadInPlace::new(&self.patches, &self.numbers).with_relaxation(self.relaxation).with_orthotropy(self.orthotropy)
     }
 }
 
@@ -57,19 +60,31 @@ impl Pad {
     /// Takes a file's bytes.
     pub fn new(bytes: &[u8]) -> Result<Self, Error> {
         let file = PadModelFile::new(bytes)?;
-        file.file().without_branches()?;
         let file = file.file();
         let patches = file.pad.patches.to_vec();
         if patches.len() > MOST {
             return Err(Error::Shape { elements: patches.len() as u32, nodes: MOST as u32 });
         }
-        let tables = Arc::new(Tables { patches, numbers: *file.pad.numbers });
+        let (relaxation, orthotropy) = (*file.pad.relaxation(), *file.pad.orthotropy());
+        let tables = Arc::new(Tables { patches, numbers: *file.pad.numbers, relaxation, orthotropy });
         Ok(Self { bytes: bytes.to_vec(), meta: file.meta.to_owned(), tables, tuning: Tuning::default() })
+    }
+
+    /// Whether its states remember.
+    pub fn relaxes(&self) -> bool {
+        self.tables.relaxation.is_some()
     }
 
     fn size(&self) -> f32 {
         self.tuning.size
     }
+}
+
+/// Branches of tissue that relaxes: a preset, or shares and times, s.
+#[derive(FromPyObject)]
+enum Branches {
+    Name(String),
+    List(Vec<(f32, f32)>),
 }
 
 /// Content of a pickled pad: its file and, if it is tuned, size, stiffness and lambda.
@@ -129,7 +144,7 @@ impl Pad {
     fn normal_force_max_n(&self) -> PyResult<f32> {
         fn at<const P: usize>(pad: &Pad) -> Result<f32, Error> {
             let pose_deg = [pad.neutral_pitch_deg(), 0.0];
-            let Some(mut finger) = Patches::<P>::new(pad, Body::Plane, String::new(), vec![pose_deg])? else {
+            let Some(mut finger) = Patches::<P, ()>::new(pad, Body::Plane, String::new(), vec![pose_deg])? else {
                 return Ok(f32::NAN);
             };
             let mut out = [0; FORCES];
@@ -178,6 +193,36 @@ impl Pad {
         let tuning = Tuning { size, stiffness, lambda: lambda_factor };
         self.tables.pad().tuned(tuning).map_err(error::model)?;
         Ok(Self { bytes: self.bytes.clone(), meta: self.meta.clone(), tables: self.tables.clone(), tuning })
+    }
+
+    /// Shares and times of the branches.
+    #[getter]
+    fn relaxation(&self) -> Vec<(f32, f32)> {
+        let used = self.tables.relaxation.branches().iter().filter(|branch| branch.share != 0.0);
+        used.map(|branch| (branch.share, branch.time_s)).collect()
+    }
+
+    fn relaxing(&self, branches: Branches) -> PyResult<Self> {
+        let branches: Vec<Branch> = match branches {
+            Branches::Name(name) if name == "human-assumed" => Relaxation::HUMAN_ASSUMED.branches().to_vec(),
+            Branches::Name(name) => {
+                return Err(error::input(format!("branches: {name:?} is neither \"human-assumed\" nor a list")));
+            }
+            Branches::List(list) => list.into_iter().map(|(share, time_s)| Branch { share, time_s }).collect(),
+        };
+        let relaxation = Relaxation::new(&branches).map_err(|e| match e {
+            Error::Range { what: Field::RelaxationShare, index, value } => {
+                error::input(format!("branches: share {value} of branch {index} is not between 0 and 100"))
+            }
+            Error::Range { index, value, .. } => {
+                error::input(format!("branches: time {value} s of branch {index} is not between 1e-5 and 1e5 s"))
+            }
+            _ => error::input(format!("branches: {}; at most {}", branches.len(), fingerpad::BRANCHES)),
+        })?;
+        let pad = self.tables.pad().with_relaxation(relaxation);
+        let mut bytes = vec![0; pad.file_length(&self.meta)];
+        pad.write_file(&self.meta, &mut bytes).map_err(error::model)?;
+        Ok(Self { tuning: self.tuning, ..Self::new(&bytes).map_err(error::model)? })
     }
 
     #[pyo3(signature = (friction_x_n, friction_y_n=None, *, margin=None, strength_factor=None, pitch_deg=None, roll_deg=None, body=None))]
@@ -233,9 +278,14 @@ impl Pad {
     fn __repr__(&self) -> String {
         let ((low, high), most) = (self.pitch_range_deg(), self.tables.numbers.roll_max_deg);
         let words = if self.tuning == Tuning::default() { "" } else { ", tuned" };
+        let relaxes = match self.tables.relaxation {
+            relaxation if !relaxation.is_some() => "",
+            Relaxation::HUMAN_ASSUMED => ", relaxes (human-assumed: its shares are assumed)",
+            _ => ", relaxes",
+        };
         format!(
             "<fingerpad.Pad: {} patches, depth 0 to {:.2} mm, normal force 0 to {:.2} N on a plane at pitch {} deg, pitch {low} to {high} deg, \
-             roll {} to {most} deg{words}>",
+             roll {} to {most} deg{words}{relaxes}>",
             self.patches(),
             self.depth_max_mm(),
             self.normal_force_max_n().unwrap_or(f32::NAN),
@@ -275,7 +325,7 @@ pub fn body(kind: &str, [radius_mm, axis_deg, angle_deg]: [f32; 3]) -> Option<Bo
 
 /// Contacts of a pad of at most `P` patches on one body.
 #[derive(Clone)]
-pub struct Patches<const P: usize> {
+pub struct Patches<const P: usize, M> {
     tables: Arc<Tables>,
     tuning: Tuning,
     body: Body,
@@ -283,15 +333,15 @@ pub struct Patches<const P: usize> {
     description: String,
     /// Poses in which the body's apex lies under first touch, and of steps that name none: pitch and roll, degrees.
     poses_deg: Vec<[f32; 2]>,
-    states: Vec<PadState<P>>,
+    states: Vec<PadState<P, f32, M>>,
     watches: Watches,
 }
 
-impl<const P: usize> Patches<P> {
+impl<const P: usize, M: Memory<P, f32> + Pod + Send> Patches<P, M> {
     /// Contacts in the air, one for each pose; none where there is no memory for them.
     pub fn new(pad: &Pad, body: Body, description: String, poses_deg: Vec<[f32; 2]>) -> Result<Option<Self>, Error> {
         let (tables, tuning) = (pad.tables.clone(), pad.tuning);
-        let Some(states) = states(PadState::new(&tables.pad())?, poses_deg.len()) else { return Ok(None) };
+        let Some(states) = states(PadState::fresh(&tables.pad())?, poses_deg.len()) else { return Ok(None) };
         let (size, stiffness, lambda) = pad.tuning();
         let description = format!("{description}, size {size}, stiffness {stiffness}, lambda {lambda}");
         let mut made = Self { tables, tuning, body, description, poses_deg, states, watches: Watches::default() };
@@ -310,9 +360,9 @@ impl<const P: usize> Patches<P> {
     }
 
     /// A contact in the air over the body. In a plane every pose turns about the same point.
-    fn in_the_air(&self, pose_deg: [f32; 2]) -> PadState<P> {
+    fn in_the_air(&self, pose_deg: [f32; 2]) -> PadState<P, f32, M> {
         let pad = self.pad();
-        let made = if self.body == Body::Plane { PadState::new(&pad) } else { PadState::over(&pad, pose_deg) };
+        let made = if self.body == Body::Plane { PadState::fresh(&pad) } else { PadState::fresh_over(&pad, pose_deg) };
         made.expect("`new` has made one of as many patches")
     }
 }
@@ -324,10 +374,10 @@ fn head_of(bytes: &[u8]) -> &[u8] {
 }
 
 /// Advances contacts on one body.
-fn step_all<const P: usize, B: Surface<f32>>(
+fn step_all<const P: usize, M: Memory<P, f32>, B: Surface<f32>>(
     pad: &PadInPlace<'_>,
     body: &B,
-    (states, poses_deg): (&mut [PadState<P>], &[[f32; 2]]),
+    (states, poses_deg): (&mut [PadState<P, f32, M>], &[[f32; 2]]),
     row: &Row,
     out: &mut [u32],
 ) {
@@ -342,7 +392,7 @@ fn step_all<const P: usize, B: Surface<f32>>(
     }
 }
 
-impl<const P: usize> Group for Patches<P> {
+impl<const P: usize, M: Memory<P, f32> + Pod + Send> Group for Patches<P, M> {
     fn steps_between_looks(&self) -> usize {
         1 << 10
     }
@@ -373,7 +423,7 @@ impl<const P: usize> Group for Patches<P> {
     }
 
     fn save(&self) -> Result<Vec<u8>, Refused> {
-        let (one, pad) = (pad_state_bytes(P), self.tables.pad().checksum());
+        let (one, pad) = (PadState::<P, f32, M>::SAVED_BYTES, self.tables.pad().checksum());
         let mut bytes = self.head();
         let head = bytes.len();
         bytes.resize(head + one * self.states.len(), 0);
@@ -384,7 +434,7 @@ impl<const P: usize> Group for Patches<P> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), Refused> {
-        let (one, pad) = (pad_state_bytes(P), self.tables.pad().checksum());
+        let (one, pad) = (PadState::<P, f32, M>::SAVED_BYTES, self.tables.pad().checksum());
         let found = head_of(bytes);
         let states = &bytes[found.len()..];
         let expected = one * self.states.len();

@@ -61,7 +61,7 @@ def disturbed_path(spin: bool) -> Any:
 def of_native(native: Path, rows: Any, spin: bool) -> Any:
     command = [native, "bed", MODEL, "spin" if spin else "plain"]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
-    return np.frombuffer(done.stdout, "<u4").reshape(len(rows), 18)
+    return np.frombuffer(done.stdout, "<u4").reshape(len(rows), 19)
 
 
 def of_python(fingers: Fingers, rows: Any) -> Any:
@@ -136,13 +136,13 @@ def pad_path(seed: int = SEED, count: int = 500) -> Any:
     return rows
 
 
-def on_native_pad(native: Path, rows: Any, body: Any, pose: tuple[float, float]) -> tuple[Any, Any]:
+def on_native_pad(native: Path, rows: Any, body: Any, pose: tuple[float, float], pad: Path = PAD) -> tuple[Any, Any]:
     """Words of the responses and floats of the patches as bits."""
     numbers = [getattr(body, name, 0.0) for name in ("radius_mm", "axis_deg", "angle_deg")]
-    command = [native, "pad", PAD, type(body).__name__, *map(str, [*numbers, *pose])]
+    command = [native, "pad", pad, type(body).__name__, *map(str, [*numbers, *pose])]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
     whole = np.frombuffer(done.stdout, "<u4").reshape(len(rows), -1)
-    return whole[:, :18], whole[:, 18:]
+    return whole[:, :19], whole[:, 19:]
 
 
 @pytest.mark.parametrize(("body", "pose"), BODIES, ids=lambda case: str(case))

@@ -72,7 +72,7 @@ def test_bits_of_the_core(native: Path, kind: Any, shape: Shape, under_mm: float
     sizes = [x for size in shape.sizes for x in np.atleast_1d(size)]
     command = [native, "frames", kind.__name__.lower().replace("model", "bed"), MODEL if kind is Model else PAD, shape.kind, *map(str, sizes)]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
-    expected = np.frombuffer(done.stdout, "<u4").reshape(300, 34)
+    expected = np.frombuffer(done.stdout, "<u4").reshape(300, 35)
     one, many = FrameContacts(kind.shipped(), shape), FrameContacts(kind.shipped(), shape, 3)
     seen = set()
     for k in range(300):
@@ -80,7 +80,7 @@ def test_bits_of_the_core(native: Path, kind: Any, shape: Shape, under_mm: float
         assert (r.view(np.uint32) == expected[k]).all(), f"seed {SEED}, step {k}: {r}"
         late = [k, max(k - 70, 0), k]
         rs = many.step(position[late], quaternion[late], strength_factor=factor[late])
-        assert (rs.view(np.uint32).reshape(3, 34)[[0, 2]] == expected[k]).all()
+        assert (rs.view(np.uint32).reshape(3, 35)[[0, 2]] == expected[k]).all()
         seen.add(int(r["regime"][0]))
         apart = turned(quaternion[k], r["force_on_body_n"].astype(float)) + r["force_on_finger_n"]
         if not r["status"][0] & Status.BAD_INPUT:

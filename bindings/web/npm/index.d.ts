@@ -60,6 +60,8 @@ export interface Response {
   friction_limit_n: number;
   /** 1 less the share of its limit that the load uses; 0 without contact. */
   slip_margin: number;
+  /** The slip margin that is left when the tissue has relaxed at the present depth; else the slip margin. */
+  slip_margin_relaxed: number;
   /** Stuck area over contact area. */
   stick_ratio: number;
   spin_moment_n_mm: number;
@@ -122,6 +124,8 @@ export class Finger {
   get range(): Readonly<{ depth_max_mm: number; pitch_deg: [number, number]; roll_deg: [number, number]; neutral_pitch_deg: number }>;
   /** Ends the contact and places the finger over a body in a pose. Throws RangeError for a number out of range. */
   lift(options?: { body?: Body; pitch_deg?: number; roll_deg?: number }): void;
+  /** Lifts the finger off and gives it tissue that relaxes (true), or that of the file again. The shares of its branches are assumed. */
+  relax(isAssumed: boolean): void;
   /** Advances the contact by one step. */
   step(motion: Motion): Response;
   /** The patches of skin that touch after the last step. */

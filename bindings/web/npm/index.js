@@ -39,6 +39,7 @@ function named(r) {
     friction_n: [r.friction_x_n, r.friction_y_n],
     friction_limit_n: r.limit_n,
     slip_margin: r.margin,
+    slip_margin_relaxed: r.margin_relaxed,
     stick_ratio: r.stick_ratio,
     spin_moment_n_mm: r.moment_n_mm,
     pressure_centre_mm: [r.pressure_x_mm, r.pressure_y_mm],
@@ -85,6 +86,12 @@ export class Finger {
     this.#pose = [pitch_deg, roll_deg];
     this.#model.touch(this.#body);
     this.#model.wasm.lift(pitch_deg, roll_deg);
+  }
+
+  /** Lifts the finger off and gives it tissue that relaxes, or that of the file again. The shares of its branches are assumed. */
+  relax(isAssumed) {
+    this.#model.relax(isAssumed);
+    this.#model.wasm.lift(...this.#pose);
   }
 
   /** Advances the contact by one step; a number that is not finite leaves its axis where it was and is flagged in `status`. */

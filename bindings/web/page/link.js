@@ -1,7 +1,7 @@
 // The state of the page in its address, behind the #: a link to it restores body, place, pose, skin and disturbance.
 
 /** Names in the address: the sliders' own, the chosen body, the switches, and the pose over the body's apex. */
-const SWITCHES = ["noisy", "vibrates"];
+const SWITCHES = ["noisy", "vibrates", "relaxes"];
 const PLACES = ["depth", "x", "y", "spin", "pitch", "roll"];
 const BODY = ["radius", "axis", "angle"];
 const SKIN = ["moisture", "temperature", "speed", "noise"];

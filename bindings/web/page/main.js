@@ -292,6 +292,13 @@ class Page {
     gauge("progress", 0);
   }
 
+  /** Tissue that relaxes: its force falls while the finger holds. The finger touches anew. */
+  relax(isAssumed) {
+    this.model.relax(isAssumed);
+    this.lift();
+    this.record.clear();
+  }
+
   skinChanged() {
     const { hydration_au, temperature_c, speed_mm_s } = this.hand.skin;
     const factor = this.model.wasm.strength(hydration_au, temperature_c, speed_mm_s);
@@ -309,6 +316,7 @@ class Page {
         notice("");
       } else {
         this.model.load(bytes);
+        this.model.relax(el("relaxes").checked);
         this.lift();
         this.record.clear();
         this.named(file.name);
@@ -389,6 +397,7 @@ function controls(page) {
   el("noise").value = 5;
   for (const id of ["noisy", "noise", "vibrates"]) on(el(id), "input", disturb);
   disturb();
+  on(el("relaxes"), "input", (event) => page.relax(event.target.checked));
   on(el("kind"), "change", (event) => page.touch({ kind: event.target.value }));
   for (const id of ["radius", "axis", "angle"]) on(el(id), "input", (event) => page.touch({ [id]: Number(event.target.value) }));
   page.shaped();

@@ -16,6 +16,7 @@ const RESPONSE = [
   "area_mm2",
   "band_normal_n",
   "band_friction_n",
+  "margin_relaxed",
   "regime",
   "status",
 ];
@@ -77,6 +78,11 @@ export class Model {
   /** Puts a body under the finger, which must be lifted then. */
   touch({ kind, radius, axis, angle }) {
     if (this.wasm.set_body(BODIES.indexOf(kind), radius, axis, angle) !== 0) throw new Error(`no ${kind} of these numbers`);
+  }
+
+  /** Gives the finger tissue that relaxes, with assumed shares; or that of the file. It must be lifted then. */
+  relax(isAssumed) {
+    this.wasm.relax(isAssumed ? 1 : 0);
   }
 
   /** Advances the finger by the motions that were written; at most `most` at once. */

@@ -22,6 +22,7 @@ const COLUMNS = [
   ["spin_moment_n_mm", (_, r) => r.moment_n_mm],
   ["friction_limit_n", (_, r) => r.limit_n],
   ["slip_margin", (_, r) => r.margin],
+  ["slip_margin_relaxed", (_, r) => r.margin_relaxed],
   ["stick_ratio", (_, r) => r.stick_ratio],
   ["status", (_, r) => r.status],
 ];

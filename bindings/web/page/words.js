@@ -23,7 +23,7 @@ export function numbers(r) {
     friction: `${fixed(Math.hypot(r.friction_x_n, r.friction_y_n), 3)} N`,
     limit: `${fixed(r.limit_n, 3)} N`,
     stick: percent(r.stick_ratio),
-    margin: r.regime ? percent(r.margin) : "no contact",
+    margin: r.regime ? percent(r.margin) + (Math.abs(r.margin - r.margin_relaxed) < 5e-3 ? "" : `, ${percent(r.margin_relaxed)} will be left`) : "no contact",
     moment: `${fixed(r.moment_n_mm, 2)} N mm`,
     area: `${fixed(r.area_mm2, 0)} mm²`,
     band: `± ${fixed(r.band_friction_n, 3)} N`,

@@ -35,7 +35,7 @@ export function bodyWords({ kind, radius, axis, angle }, [pitch, roll]) {
   return [["plane", "sphere", "cylinder", "edge"].indexOf(kind), radius, axis, angle, pitch, roll].join(",");
 }
 
-/** Words of the responses to motions, 14 each, then those of the patches, 9 each. */
+/** Words of the responses to motions, 15 each, then those of the patches, 9 each. */
 export function nativeSteps(motions, body, pose) {
   return words(withFile("motions", Buffer.from(motions.buffer), (file) => reference("steps", MODEL, bodyWords(body, pose), file)));
 }

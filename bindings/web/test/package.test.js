@@ -13,7 +13,7 @@ import { PACKAGE, WEB } from "./folder.js";
 import { nativeSteps, path } from "./native.js";
 
 const STEPS = 3000;
-const RESULT = 14;
+const RESULT = 15;
 const BODIES = [
   [{ kind: "plane" }, [30, 0]],
   [{ kind: "sphere", radius_mm: 20 }, [45, -10]],
@@ -51,8 +51,9 @@ test("steps have the bits of the core", async () => {
         const at = RESULT * i;
         const found = [r.normal_force_n, ...r.friction_n, r.stick_ratio, r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm];
         assert.deepEqual(found, Array.from(floats.subarray(at, at + 7)), `${kind}, step ${i}`);
-        assert.equal(r.regime, REGIMES[native[at + 12]]);
-        assert.equal(r.status, native[at + 13]);
+        assert.equal(r.slip_margin_relaxed, floats[at + 12]);
+        assert.equal(r.regime, REGIMES[native[at + 13]]);
+        assert.equal(r.status, native[at + 14]);
         seen.add(r.regime);
       }
       assert.ok(seen.size >= 3, `${kind}: ${[...seen]}`);
@@ -95,16 +96,36 @@ test("contacts in frames have the bits of the core, on the requests of all bindi
       const [x, y, z, w, a, b, c, dt_s] = floats(words);
       const r = contact.step({ position_mm: [x, y, z], quaternion_wxyz: [w, a, b, c], dt_s });
       const found = [...r.on_finger.force_n, ...r.on_finger.moment_n_mm, ...r.on_body.force_n, ...r.on_body.moment_n_mm, r.depth_mm, r.pitch_deg, r.roll_deg];
-      found.push(r.normal_force_n, ...r.friction_n, r.stick_ratio, r.friction_limit_n, r.slip_margin, r.spin_moment_n_mm, ...r.pressure_centre_mm, r.contact_area_mm2, r.band_normal_n, r.band_friction_n);
-      const expected = floats([...answer.slice(0, 15), ...[0, 1, 2, 5, 6, 7, 8, 11, 12, 13, 14, 15].map((k) => answer[16 + k])]);
+      found.push(r.normal_force_n, ...r.friction_n, r.stick_ratio, r.friction_limit_n, r.slip_margin, r.slip_margin_relaxed, r.spin_moment_n_mm, ...r.pressure_centre_mm, r.contact_area_mm2, r.band_normal_n, r.band_friction_n);
+      const expected = floats([...answer.slice(0, 15), ...[0, 1, 2, 5, 6, 7, 8, 9, 12, 13, 14, 15, 16].map((k) => answer[16 + k])]);
       assert.deepEqual(found, expected, `request ${i}: ${request}`);
-      assert.deepEqual([r.face, r.regime, r.status], [Number(answer[15]), REGIMES[answer[32]], parseInt(answer[33], 16)], `request ${i}: ${request}`);
+      assert.deepEqual([r.face, r.regime, r.status], [Number(answer[15]), REGIMES[answer[33]], parseInt(answer[34], 16)], `request ${i}: ${request}`);
       if (r.regime !== "no_contact") touching++;
       faces.add(r.face);
       poses++;
     }
   }
   assert.ok(poses > 1500 && touching > 700 && faces.size >= 3, `${poses} poses, ${touching} in contact, faces ${[...faces]}`);
+});
+
+test("tissue that relaxes: a hold whose force falls as its branches do, and the margin that is left", async () => {
+  const { Finger } = await load();
+  const finger = await Finger.create();
+  const slow = finger.step({ depth_mm: 1 });
+  finger.relax(true);
+  const first = finger.step({ depth_mm: 1, dt_s: 1e-6 });
+  let [r, time] = [first, 0];
+  for (let k = 0; k < 800; k++) {
+    const dt_s = 1e-4 * 1.015 ** k;
+    time += dt_s;
+    r = finger.step({ depth_mm: 1, dt_s });
+    const over = 1 + Math.exp(-time / 0.004) + 0.6 * Math.exp(-time / 0.07) + 0.6 * Math.exp(-time / 1.4);
+    assert.ok(Math.abs((3.2 * r.normal_force_n) / first.normal_force_n / over - 1) < 5e-3, `${time} s`);
+  }
+  assert.ok(first.slip_margin_relaxed < first.slip_margin - 1e-3 && Math.abs(r.slip_margin - r.slip_margin_relaxed) < 1e-5);
+  for (const dt_s of [0, -1, NaN]) assert.ok(finger.step({ depth_mm: 1, dt_s }).status !== 0);
+  finger.relax(false);
+  assert.deepEqual(finger.step({ depth_mm: 1 }), slow);
 });
 
 test("without skin and speed the strength is that of the model file", async () => {

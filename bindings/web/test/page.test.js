@@ -12,7 +12,7 @@ import { browser, open, serve } from "./serve.js";
 
 const STEPS = 6000;
 /** Words of a response and of a patch. */
-const [RESULT, PATCH] = [14, 9];
+const [RESULT, PATCH] = [15, 9];
 /** Bodies and the poses over their apex. */
 const BODIES = [
   [{ kind: "plane", radius: 20, axis: 0, angle: 90 }, [30, 0]],
@@ -382,6 +382,33 @@ test("a dropped path is replayed to its end", async () => {
   await page.close();
 });
 
+test("the switch lets the tissue relax: the force falls while the finger holds, and the words tell what will be left", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const hold = () => page.evaluate(() => {
+    const page = globalThis.fingerpad;
+    page.hand.at = [1, 0, 0, 0, 30, 0];
+    page.hand.target = [1, 1, 0, 0, 30, 0];
+    page.lift();
+    page.record.clear();
+    page.advance(300);
+    const margins = [page.r.margin, page.r.margin_relaxed, document.getElementById("n-margin")];
+    page.show();
+    const words = margins[2].textContent;
+    page.advance(8000);
+    const { trace } = page.record;
+    return [trace[0].normal, trace.at(-1).normal, margins[0] - margins[1], words];
+  });
+  const [first, last, lost, words] = await hold();
+  assert.ok(Math.abs(last / first - 1) < 0.2 && lost === 0 && !words.includes("left"), `${first} N, ${last} N, ${words}`);
+  await page.check("#relaxes");
+  const [peak, rest, less, told] = await hold();
+  assert.ok(peak > 2 * rest && Math.abs(rest / last - 1) < 0.05 && less > 0.02 && /will be left$/.test(told), `${peak} N, ${rest} N, ${told}`);
+  await page.waitForFunction(() => location.hash.includes("relaxes=1"));
+  await page.uncheck("#relaxes");
+  assert.ok(Math.abs((await hold())[1] / last - 1) < 1e-4);
+  await page.close();
+});
+
 test("a static load does not relax under noise and vibration", async () => {
   const page = await start({ reducedMotion: "reduce" });
   for (const id of ["noisy", "vibrates"]) {
@@ -394,7 +421,7 @@ test("a static load does not relax under noise and vibration", async () => {
         let sum = 0;
         for (let i = 0; i < 50; i++) {
           page.advance(10);
-          sum += page.model.floats[14 * 9 + 1];
+          sum += page.model.floats[15 * 9 + 1];
         }
         return sum / 50;
       };
@@ -501,7 +528,7 @@ test("the trace is saved as a table that the page can replay", async () => {
   assert.equal(download.suggestedFilename(), "fingerpad-trace.csv");
   const csv = readFileSync(await download.path(), "utf8");
   const [head, ...rows] = csv.trimEnd().split("\n").map((line) => line.split(","));
-  assert.deepEqual(head, ["t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "spin_deg", "pitch_deg", "roll_deg", "normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "friction_limit_n", "slip_margin", "stick_ratio", "status"]);
+  assert.deepEqual(head, ["t_s", "depth_mm", "slide_x_mm", "slide_y_mm", "spin_deg", "pitch_deg", "roll_deg", "normal_force_n", "friction_x_n", "friction_y_n", "spin_moment_n_mm", "friction_limit_n", "slip_margin", "slip_margin_relaxed", "stick_ratio", "status"]);
   assert.ok(rows.length > 70 && rows.length === shown.length, `${rows.length} rows`);
   rows.forEach((row, i) => {
     const [time, normal, friction] = shown[i];

@@ -179,6 +179,7 @@ impl<'a, L: Library> Effects<'a, L> {
             response.friction_limit_n = limit + drag.abs();
             if drag != 0.0 && limit > 0.0 {
                 response.slip_margin *= limit / response.friction_limit_n;
+                response.slip_margin_relaxed = response.slip_margin;
             }
             return response.on_plane();
         }

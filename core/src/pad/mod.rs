@@ -42,7 +42,6 @@ pub use file::PadFile;
 pub use memory::{Memory, PadMemory};
 pub use on::PadOn;
 pub use orthotropy::Orthotropy;
-pub use requests::Relaxed;
 pub use save::{pad_state_bytes, relaxing_pad_state_bytes};
 pub use state::{PadState, PatchState, RelaxingPadState};
 pub(crate) use step::axes;

@@ -49,7 +49,7 @@ impl<T: Elementary> Pad<'_, T> {
         let (mut friction, mut friction_spin) = (Vector3::zeros(), zero);
         let mut is_changed = false;
         let noticed_mm = T::of(NOTICED_LENGTH) * self.numbers.depth_max_mm;
-        let (mut area, mut stuck_area, mut strength, mut reach) = (zero, zero, zero, zero);
+        let (mut area, mut stuck_area, mut strength, mut reach, mut later) = (zero, zero, zero, zero, zero);
         let (mut middle, mut turning) = (Vector3::zeros(), Vector3::zeros());
         let apex = Vector3::new(equations.frame.apex.x, equations.frame.apex.y, zero);
         // The bulk's softness stays along the body's axes when the body turns: along over across the normal.
@@ -66,7 +66,11 @@ impl<T: Elementary> Pad<'_, T> {
                 *anchor = closest_place(equations.body, &contact.place);
                 let mut overlap = contact.overlap + placed.compressed.spread;
                 if equations.stiff().is_some() {
-                    // Skin that lags behind the body does not touch it.
+                    // Skin that lags behind the body does not touch it, but will.
+                    if overlap > zero {
+                        later +=
+                            placed.compressed.press(contact.overlap, law, None).strength * equations.strength_factor;
+                    }
                     overlap = overlap.at_most(zero);
                 }
                 *reserve = T::of(APART) - overlap;
@@ -112,6 +116,9 @@ impl<T: Elementary> Pad<'_, T> {
                 stuck_area += contact_area * (T::of(1.0) - slipping(contact, turn, contact_share, law));
             }
             strength += contact.strength;
+            if equations.stiff().is_some() {
+                later += placed.compressed.relaxed_strength(contact.relaxed, law) * equations.strength_factor;
+            }
             let traction = contact.stretch * contact.grip;
             let on_skin = traction - contact.inward * contact.force;
             let arm = contact.place + apex;
@@ -147,7 +154,21 @@ impl<T: Elementary> Pad<'_, T> {
             moment += (placed.place + apex).cross(&by_spread);
             moment -= undeformed.variance_moment * pull + mean_moment * contact.force;
         }
-        Sums { force, moment, friction, friction_spin, turning, area, stuck_area, strength, middle, reach, is_changed }
+        let later = equations.stiff().map(|_| later);
+        Sums {
+            force,
+            moment,
+            friction,
+            friction_spin,
+            turning,
+            area,
+            stuck_area,
+            strength,
+            later,
+            middle,
+            reach,
+            is_changed,
+        }
     }
 
     /// The response of a contact with these sums over its patches.
@@ -197,17 +218,18 @@ impl<T: Elementary> Pad<'_, T> {
         let [light, more] = numbers.band_light_n;
         let light = [0, 1].map(|k| light[k] + away * more[k]);
         let per_normal = if pressing > zero { T::of(1.0) / pressing } else { zero };
+        let used = (share * share + turning * turning).magnitude().sqrt();
+        let left = |used: T| if in_contact { (T::of(1.0) - used).not_negative() } else { zero };
         Response {
             normal_force_n: normal,
             friction_n: [force[0], force[1]],
             tangential_friction_n: [friction[0], friction[1]],
             stick_ratio,
             friction_limit_n: limit,
-            slip_margin: if in_contact {
-                (T::of(1.0) - (share * share + turning * turning).magnitude().sqrt()).not_negative()
-            } else {
-                zero
-            },
+            slip_margin: left(used),
+            slip_margin_relaxed: left(sums.later.map_or(used, |later| {
+                used * (strength_or_tiny / (later + T::of(f32::MIN_POSITIVE))).at_most(T::of(1e9))
+            })),
             spin_moment_n_mm: moment[2],
             tilt_moment_n_mm: [moment[0], moment[1]],
             pressure_centre_mm: [-moment[1] * per_normal, moment[0] * per_normal],
@@ -244,6 +266,8 @@ pub(super) struct Sums<T> {
     stuck_area: T,
     /// Strength, N, and its first and second moment about the centre of rotation, N mm and N mm².
     strength: T,
+    /// Strength when the tissue has relaxed, N; none where it does not.
+    later: Option<T>,
     middle: Vector3<T>,
     reach: T,
     /// Whether the state of a patch is another one than before the step.

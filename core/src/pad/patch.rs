@@ -96,11 +96,8 @@ impl<T: Elementary> Compressed<T> {
             let force = self.flat * (s * s * s);
             (force, T::of(3.0) * self.flat * s / (T::of(3.0) * a * s + T::of(2.0) * self.spread))
         };
-        let log = (relaxed / self.full + T::of(f32::MIN_POSITIVE)).ln();
+        let (below, mut strength_log) = self.below_and_strength_log(relaxed, law);
         let beta = law.friction[1];
-        let (below, exponent) =
-            if log < T::of(0.0) { (log, beta + law.area[2] * (T::of(1.0) - beta)) } else { (T::of(0.0), beta) };
-        let mut strength_log = exponent * log + self.full_log;
         let mut force = relaxed;
         if let Some([stiff, held]) = branches {
             force = stiff * relaxed - held;
@@ -111,6 +108,22 @@ impl<T: Elementary> Compressed<T> {
             }
         }
         PatchForce { force, slope, relaxed, strength: law.friction[0] * self.full_area * strength_log.exp(), below }
+    }
+
+    /// [`PatchForce::below`], and the natural logarithm of the strength over lambda and [`Self::full_area`], at a force of relaxed tissue.
+    #[inline(always)]
+    fn below_and_strength_log(&self, relaxed: T, law: &Law<T>) -> (T, T) {
+        let log = (relaxed / self.full + T::of(f32::MIN_POSITIVE)).ln();
+        let beta = law.friction[1];
+        let (below, exponent) =
+            if log < T::of(0.0) { (log, beta + law.area[2] * (T::of(1.0) - beta)) } else { (T::of(0.0), beta) };
+        (below, exponent * log + self.full_log)
+    }
+
+    /// [`PatchForce::strength`] of relaxed tissue at its normal force, N.
+    #[inline(always)]
+    pub fn relaxed_strength(&self, relaxed: T, law: &Law<T>) -> T {
+        law.friction[0] * self.full_area * self.below_and_strength_log(relaxed, law).1.exp()
     }
 
     /// Share of [`Self::full_area`] in contact at [`PatchForce::below`].

@@ -6,7 +6,6 @@ use heapless::Vec;
 
 use nalgebra::Vector3;
 
-use crate::Response;
 use crate::math::Elementary;
 use crate::tuning::Units;
 
@@ -17,17 +16,6 @@ use super::memory::{Memory, Perhaps};
 use super::outcome::slipping;
 use super::state::{PadState, PatchState};
 use super::step::Candidates;
-
-/// The grip of a finger whose tissue has relaxed, see [`Pad::relaxed`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Relaxed<T = f32> {
-    /// Largest friction, N.
-    pub friction_limit_n: T,
-    /// 1 minus friction over that limit; 0 where the finger slips before it has relaxed.
-    pub slip_margin: T,
-}
 
 /// The equations of a step, and the patches at its solution.
 type AfterStep<'a, const P: usize, T, B, W> = (Equations<'a, P, T, InUnits<'a, B, T>, W>, Vec<ActivePatch<'a, T>, P>);
@@ -148,48 +136,6 @@ impl<T: Elementary> Pad<'_, T> {
             limit = [limit[0] + fx, limit[1] + fy, limit[2] + (x * fy - y * fx)];
         }
         [limit[0] * force, limit[1] * force, limit[2] * (force * length)]
-    }
-
-    /// What is left of the grip when the tissue has relaxed at the present depth, if friction stays as it is: the limit, N, and the margin.
-    /// A load that only the present limit holds slips on the way.
-    ///
-    /// * `response`: that of the last step
-    ///
-    /// Both are those of the response where the tissue does not relax. Costs as much as one iteration of a step.
-    pub fn relaxed<const P: usize, M: Memory<P, T>>(
-        &self,
-        state: &PadState<P, T, M>,
-        body: &impl Surface<T>,
-        response: &Response<T>,
-    ) -> Relaxed<T> {
-        let blunt = self.blunted(body);
-        let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
-        let now = Relaxed { friction_limit_n: response.friction_limit_n, slip_margin: response.slip_margin };
-        let Some((equations, active)) = self.after_step(state, &body) else { return now };
-        if equations.weights.get().is_none() {
-            return now;
-        }
-        let (mut limit, mut at_present) = (T::of(0.0), T::of(0.0));
-        for ActivePatch { placed, contact, .. } in &active {
-            if contact.touches {
-                at_present += contact.strength;
-            }
-            // Skin that lags behind the body comes to touch it.
-            if placed.compressed.touches(contact.overlap) {
-                limit += placed.compressed.press(contact.overlap, &self.numbers.law, None).strength
-                    * equations.strength_factor;
-            }
-        }
-        let mut friction_limit_n = limit * self.units.force;
-        if equations.axis.is_some() {
-            // The direction of friction stays.
-            friction_limit_n = response.friction_limit_n * (limit / (at_present + T::of(f32::MIN_POSITIVE)));
-        }
-        let used = (T::of(1.0) - response.slip_margin) * response.friction_limit_n;
-        Relaxed {
-            friction_limit_n,
-            slip_margin: (T::of(1.0) - used / (friction_limit_n + T::of(f32::MIN_POSITIVE))).not_negative(),
-        }
     }
 
     #[cfg(test)]

@@ -41,17 +41,17 @@ impl Pad<'_> {
 }
 
 impl<const P: usize, M: Memory<P, f32> + bytemuck::Pod> PadState<P, f32, M> {
-    /// Length of a saved state, bytes.
-    const LENGTH: usize = size_of::<Self>() + 12;
+    /// Length of a saved state, bytes: [`pad_state_bytes`] or [`relaxing_pad_state_bytes`].
+    pub const SAVED_BYTES: usize = size_of::<Self>() + 12;
 
     /// Writes the state into `out`, little-endian, after version and checksum of the pad's numbers ([`Pad::checksum`]), with a checksum of
-    /// all bytes at the end. Returns the number of bytes, [`pad_state_bytes`].
+    /// all bytes at the end. Returns the number of bytes, [`Self::SAVED_BYTES`].
     ///
     /// # Errors
     /// [`Error::Buffer`] if `out` is too short.
     pub fn write_bytes(&self, pad: u32, out: &mut [u8]) -> Result<usize, Error> {
         let words: &[u32] = bytemuck::cast_slice(core::slice::from_ref(self));
-        write_words([VERSION, pad], words.iter().copied(), Self::LENGTH, out)
+        write_words([VERSION, pad], words.iter().copied(), Self::SAVED_BYTES, out)
     }
 
     /// The state that [`PadState::write_bytes`] wrote with the same pad.
@@ -60,7 +60,7 @@ impl<const P: usize, M: Memory<P, f32> + bytemuck::Pod> PadState<P, f32, M> {
     /// [`Error::Length`], [`Error::Checksum`] for damage, [`Error::Version`], [`Error::OtherModel`], and [`Error::Range`] for a value that
     /// no step produces.
     pub fn read_bytes(pad: u32, bytes: &[u8]) -> Result<Self, Error> {
-        let found = read_words([VERSION, pad], Self::LENGTH, bytes)?;
+        let found = read_words([VERSION, pad], Self::SAVED_BYTES, bytes)?;
         let mut state = Self::without_contact(0);
         let words: &mut [u32] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut state));
         for (slot, word) in words.iter_mut().zip(found) {

@@ -134,8 +134,11 @@ impl<const P: usize, T: Elementary> RelaxingPadState<P, T> {
 }
 
 impl<const P: usize, T: Elementary, M: Memory<P, T>> PadState<P, T, M> {
-    /// A finger without contact, over a plane.
-    pub(crate) fn fresh(pad: &Pad<'_, T>) -> Result<Self, Error> {
+    /// [`PadState::new`] or [`PadState::relaxing`], whichever `M` asks for.
+    ///
+    /// # Errors
+    /// As [`PadState::new`].
+    pub fn fresh(pad: &Pad<'_, T>) -> Result<Self, Error> {
         let patches = pad.patches.len();
         if patches > P {
             return Err(Error::Shape { elements: patches as u32, nodes: P as u32 });
@@ -143,7 +146,11 @@ impl<const P: usize, T: Elementary, M: Memory<P, T>> PadState<P, T, M> {
         Ok(Self::without_contact(patches))
     }
 
-    pub(crate) fn fresh_over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
+    /// [`PadState::over`] or [`PadState::relaxing_over`].
+    ///
+    /// # Errors
+    /// As [`PadState::new`].
+    pub fn fresh_over(pad: &Pad<'_, T>, pose_deg: [T; 2]) -> Result<Self, Error> {
         let mut state = Self::fresh(pad)?;
         state.tilt = pad.tilt(pose_deg).0;
         // In the neutral pose this point is the origin; the fitted heights give it within their error only.
@@ -240,6 +247,8 @@ impl<const P: usize, T: Elementary, M: Memory<P, T>> PadState<P, T, M> {
             stick_ratio,
             friction_limit_n: limit,
             slip_margin: margin,
+            // Nothing changes any more.
+            slip_margin_relaxed: margin,
             spin_moment_n_mm: spin,
             tilt_moment_n_mm: [about_x, about_y],
             pressure_centre_mm: [centre_x, centre_y],

@@ -148,7 +148,7 @@ impl<T: Elementary> Pad<'_, T> {
             // The next step may move the skin anywhere.
             state.reserve = state.reserve.map(|reserve| reserve.at_most(T::of(APART)));
         }
-        let response = self.response(state, &equations, &sums);
+        let mut response = self.response(state, &equations, &sums);
         let still = |change: &[T]| change.iter().all(|x| *x == T::of(0.0));
         let mut rests = converged && status == Status::OK && still(&motion) && still(&state.drift) && !sums.is_changed;
         if let Some(memory) = state.memory.get() {
@@ -156,6 +156,9 @@ impl<T: Elementary> Pad<'_, T> {
                 memory.clock.unsettle();
             }
             rests &= memory.clock.is_settled(&self.relaxation);
+        }
+        if rests {
+            response.slip_margin_relaxed = response.slip_margin;
         }
         state.rest(rests.then_some(&response));
         // Such numbers mean that the memory was overwritten; their squares could overflow to infinity or NaN.

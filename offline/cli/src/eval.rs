@@ -42,7 +42,8 @@ Examples:
 Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_n and friction_y_n, and spin_deg,
 pitch_deg and roll_deg. All of them are linear between rows. Moments in place of angles are refused. The response has
 the columns of `simulate`, and friction_limit_n, slip_margin, band_normal_n, band_friction_n,
-tangential_friction_x_n, tangential_friction_y_n (friction without the pressure on a body's slopes). The bands are
+tangential_friction_x_n, tangential_friction_y_n (friction without the pressure on a body's slopes), slip_margin_relaxed
+(the margin that is left when the tissue of a pad has relaxed, else the slip margin). The bands are
 half-widths that contain 95 % of the finite-element rows that were left out of the fit. Steps are at most 0.02 mm and
 0.4 degrees; all arithmetic is that of the package on the microcontroller. If a force cannot be reached, the result is
 the nearest state, with the status load_not_reached. Flags of the column status are counted on standard error.
@@ -328,7 +329,7 @@ fn write(args: &Args, path: &PlanePath, rows: &[TrajectoryRow], range: &Range) -
         .iter()
         .map(|r| {
             let [x, y] = r.tangential_friction_n;
-            [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n, x, y]
+            [r.friction_limit_n, r.slip_margin, r.band_normal_n, r.band_friction_n, x, y, r.slip_margin_relaxed]
         })
         .collect();
     response_csv::check(&args.out, &responses)?;

@@ -73,6 +73,8 @@ pub struct TrajectoryRow {
     pub friction_limit_n: f64,
     /// 1 less the share of its limit that friction uses.
     pub slip_margin: f64,
+    /// The same when the tissue has relaxed at the present depth.
+    pub slip_margin_relaxed: f64,
     /// Half-width of the 95 % band of the normal force, N.
     pub band_normal_n: f64,
     /// Half-width of the 95 % band of each friction component, N.
@@ -108,6 +110,7 @@ fn row(t_s: f64, at: Position, r: &Response) -> TrajectoryRow {
         },
         friction_limit_n: r.friction_limit_n.into(),
         slip_margin: r.slip_margin.into(),
+        slip_margin_relaxed: r.slip_margin_relaxed.into(),
         band_normal_n: r.band_normal_n.into(),
         band_friction_n: r.band_friction_n.into(),
         tangential_friction_n: r.tangential_friction_n.map(f64::from),

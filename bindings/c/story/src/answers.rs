@@ -8,7 +8,7 @@ use fingerpad::{
     SpinState, State, StateOf, Surroundings, Tangential, Tuning, state_bytes,
 };
 
-use crate::pad::PadTeller;
+use crate::pad::{TellsPad, teller};
 use crate::requests::{Request, words};
 
 /// Code of a value out of range, as in `fingerpad.h`.
@@ -25,12 +25,12 @@ pub struct Teller<'a> {
     contact: Contact<SPRINGS>,
     around: Surroundings,
     watch: Watch,
-    pads: &'a [PadModelFile; 2],
-    pad: PadTeller<'a>,
+    pads: &'a [PadModelFile],
+    pad: Box<dyn TellsPad + 'a>,
 }
 
 impl<'a> Teller<'a> {
-    pub fn new(files: &'a [ModelFile; 2], pads: &'a [PadModelFile; 2]) -> Self {
+    pub fn new(files: &'a [ModelFile; 2], pads: &'a [PadModelFile]) -> Self {
         let file = files[0].file();
         Self {
             files,
@@ -43,7 +43,7 @@ impl<'a> Teller<'a> {
             around: Surroundings::default(),
             watch: Watch::new(0),
             pads,
-            pad: PadTeller::new(&pads[0]),
+            pad: teller(&pads[0]),
         }
     }
 
@@ -93,7 +93,7 @@ impl<'a> Teller<'a> {
             Request::Save => self.save(),
             Request::PadWords { .. } => "0".to_owned(),
             Request::PadLoad(k) => {
-                self.pad = PadTeller::new(&self.pads[k]);
+                self.pad = teller(&self.pads[k]);
                 self.pad.patch_count().to_string()
             }
             Request::Pad(tuning) => self.pad.tune(tuning),
@@ -204,6 +204,7 @@ pub fn forces(r: &Response) -> String {
         r.stick_ratio,
         r.friction_limit_n,
         r.slip_margin,
+        r.slip_margin_relaxed,
         r.spin_moment_n_mm,
         r.tilt_moment_n_mm[0],
         r.tilt_moment_n_mm[1],

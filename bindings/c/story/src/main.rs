@@ -2,7 +2,7 @@
 //! binding reads the first and must write the second, bit for bit. `places_*.txt` have the same by places (`places.rs`).
 //!
 //! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. The second model is CORRECTED with tables over a voltage, which the folder
-//! gets as `charged.fpm`. Beside it lie the pad that ships, `fingertip-pad.fpm`, and one of more patches, `halved-pad.fpm`. All numbers
+//! gets as `charged.fpm`. Beside it lie the pad that ships, `fingertip-pad.fpm`, one of more patches, `halved-pad.fpm`, and both with tissue that relaxes. All numbers
 //! are 32-bit words in hexadecimal; `requests.rs` has the requests.
 
 mod answers;
@@ -22,7 +22,7 @@ use answers::Teller;
 /// The pad that ships.
 const PAD: &[u8] = include_bytes!("../../../../data/models/fingertip-pad.fpm");
 /// Names of the pads beside the other models.
-const PAD_NAMES: [&str; 2] = ["fingertip-pad.fpm", "halved-pad.fpm"];
+const PAD_NAMES: [&str; 4] = ["fingertip-pad.fpm", "halved-pad.fpm", "relaxing-pad.fpm", "relaxing-halved-pad.fpm"];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -36,7 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     fs::write(Path::new(folder).join("charged.fpm"), charged.bytes())?;
     let shipped_pad = PadModelFile::new(PAD).map_err(|e| format!("{}: {e}", PAD_NAMES[0]))?;
     let halved = pad::halved(&shipped_pad).map_err(|e| format!("{}: {e}", PAD_NAMES[1]))?;
-    let pads = [shipped_pad, halved];
+    let relaxing = [&shipped_pad, &halved].map(|pad| pad::relaxing(pad).expect("branches within their ranges"));
+    let [relaxing_shipped, relaxing_halved] = relaxing;
+    let pads = [shipped_pad, halved, relaxing_shipped, relaxing_halved];
     for (name, pad) in PAD_NAMES.iter().zip(&pads) {
         fs::write(Path::new(folder).join(name), pad.bytes())?;
     }

@@ -1,10 +1,11 @@
 //! What the core answers of a pad, and a pad of more patches.
 
+use bytemuck::Pod;
 use fingerpad::frames::{FrameContact, FrameResponse, Shape};
 use fingerpad::host::PadModelFile;
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Patch, Sphere, pad_state_bytes};
-use fingerpad::{Error, Motion, Tuning};
+use fingerpad::pad::{Body, Cylinder, Edge, Memory, Pad, PadMemory, PadState, Patch, Sphere};
+use fingerpad::{Error, Motion, Relaxation, Tuning};
 
 use crate::answers::{RANGE, forces};
 use crate::requests::words;
@@ -31,38 +32,70 @@ pub fn halved(file: &PadModelFile) -> Result<PadModelFile, Error> {
     PadModelFile::new(&bytes)
 }
 
+/// A pad of which the tissue relaxes.
+pub fn relaxing(file: &PadModelFile) -> Result<PadModelFile, Error> {
+    let (pad, meta) = (file.file().pad.with_relaxation(Relaxation::HUMAN_ASSUMED), file.file().meta);
+    let mut bytes = vec![0; pad.file_length(meta)];
+    pad.write_file(meta, &mut bytes)?;
+    PadModelFile::new(&bytes)
+}
+
 /// A pad in use and a contact of it. States of both sizes, where both have room for it, must do the same.
-pub struct PadTeller<'a> {
+struct PadTeller<'a, A, B> {
     file: &'a PadModelFile,
     pad: Pad<'a>,
     body: Body,
-    state: Option<PadState<FEW>>,
-    roomy: PadState<ROOM>,
-    framed: FrameContact<PadState<ROOM>>,
+    state: Option<PadState<FEW, f32, A>>,
+    roomy: PadState<ROOM, f32, B>,
+    framed: FrameContact<PadState<ROOM, f32, B>>,
+}
+
+/// What a story asks of a pad.
+pub trait TellsPad {
+    fn patch_count(&self) -> usize;
+    fn tune(&mut self, factors: [f32; 3]) -> String;
+    fn begin(&mut self, kind: u32, numbers: [f32; 5]) -> String;
+    fn factor(&mut self, factor: f32) -> String;
+    fn step(&mut self, numbers: [f32; 7]) -> String;
+    fn patches(&self) -> String;
+    fn shape(&mut self, kind: u32, numbers: [f32; 5]) -> String;
+    fn pose(&mut self, numbers: [f32; 8]) -> String;
+    fn save(&mut self) -> String;
+}
+
+/// The teller of a file's pad.
+pub fn teller(file: &PadModelFile) -> Box<dyn TellsPad + '_> {
+    if file.file().pad.relaxation().is_some() {
+        Box::new(PadTeller::<PadMemory<FEW>, PadMemory<ROOM>>::new(file))
+    } else {
+        Box::new(PadTeller::<(), ()>::new(file))
+    }
 }
 
 fn range(holds: bool) -> String {
     if holds { "0".to_owned() } else { RANGE.to_string() }
 }
 
-impl<'a> PadTeller<'a> {
-    pub fn new(file: &'a PadModelFile) -> Self {
+impl<'a, A: Memory<FEW, f32>, B: Memory<ROOM, f32>> PadTeller<'a, A, B> {
+    fn new(file: &'a PadModelFile) -> Self {
         let fitted = file.file().pad;
         Self {
             file,
             pad: fitted,
             body: Body::Plane,
-            state: PadState::new(&fitted).ok(),
-            roomy: PadState::new(&fitted).expect("a pad of at most 64 patches"),
+            state: PadState::fresh(&fitted).ok(),
+            roomy: PadState::fresh(&fitted).expect("a pad of at most 64 patches"),
             framed: FrameContact::new(&fitted, Shape::plane()).expect("a pad of at most 64 patches"),
         }
     }
+}
 
-    pub fn patch_count(&self) -> usize {
+impl<A: Memory<FEW, f32> + Pod, B: Memory<ROOM, f32> + Pod> TellsPad for PadTeller<'_, A, B> {
+    fn patch_count(&self) -> usize {
         self.pad.patches.len()
     }
 
-    pub fn tune(&mut self, [size, stiffness, lambda]: [f32; 3]) -> String {
+    fn tune(&mut self, [size, stiffness, lambda]: [f32; 3]) -> String {
         match self.file.file().pad.tuned(Tuning { size, stiffness, lambda }) {
             Ok(pad) => self.pad = pad,
             Err(Error::Range { .. }) => return RANGE.to_string(),
@@ -71,7 +104,7 @@ impl<'a> PadTeller<'a> {
         range(true)
     }
 
-    pub fn begin(&mut self, kind: u32, [radius_mm, axis_deg, angle_deg, pitch_deg, roll_deg]: [f32; 5]) -> String {
+    fn begin(&mut self, kind: u32, [radius_mm, axis_deg, angle_deg, pitch_deg, roll_deg]: [f32; 5]) -> String {
         let body = match kind {
             0 => Ok(Body::Plane),
             1 => Sphere::new(radius_mm).map(Body::Sphere),
@@ -83,13 +116,13 @@ impl<'a> PadTeller<'a> {
         self.body = body;
         let (pose, pad) = ([pitch_deg, roll_deg], self.pad);
         let over_plane = kind == 0;
-        self.state = if over_plane { PadState::new(&pad).ok() } else { PadState::over(&pad, pose).ok() };
-        let roomy = if over_plane { PadState::new(&pad) } else { PadState::over(&pad, pose) };
+        self.state = if over_plane { PadState::fresh(&pad).ok() } else { PadState::fresh_over(&pad, pose).ok() };
+        let roomy = if over_plane { PadState::fresh(&pad) } else { PadState::fresh_over(&pad, pose) };
         self.roomy = roomy.expect("a pad of at most 64 patches");
         range(true)
     }
 
-    pub fn factor(&mut self, factor: f32) -> String {
+    fn factor(&mut self, factor: f32) -> String {
         if !(0.1..=5.0).contains(&factor) {
             return range(false);
         }
@@ -100,7 +133,7 @@ impl<'a> PadTeller<'a> {
         range(true)
     }
 
-    pub fn step(&mut self, [depth_mm, x, y, spin_increment_rad, pitch, roll, dt_s]: [f32; 7]) -> String {
+    fn step(&mut self, [depth_mm, x, y, spin_increment_rad, pitch, roll, dt_s]: [f32; 7]) -> String {
         let motion = Motion { depth_mm, slide_increment_mm: [x, y], spin_increment_rad, dt_s };
         let answered = forces(&self.pad.step(&mut self.roomy, &self.body, motion, [pitch, roll]));
         if let Some(state) = &mut self.state {
@@ -110,7 +143,7 @@ impl<'a> PadTeller<'a> {
         answered
     }
 
-    pub fn patches(&self) -> String {
+    fn patches(&self) -> String {
         let patches = self.pad.patch_states(&self.roomy, &self.body);
         let row = |p: &fingerpad::pad::PatchState| {
             let ([x, y, z], [along, across]) = (p.place_mm, p.traction_mpa);
@@ -119,7 +152,7 @@ impl<'a> PadTeller<'a> {
         patches.iter().take(self.patch_count()).map(row).collect()
     }
 
-    pub fn shape(&mut self, kind: u32, numbers: [f32; 5]) -> String {
+    fn shape(&mut self, kind: u32, numbers: [f32; 5]) -> String {
         let [a, b, c, edge_radius_mm, angle_deg] = numbers.map(f64::from);
         let shape = match kind {
             0 => Ok(Shape::plane()),
@@ -136,7 +169,7 @@ impl<'a> PadTeller<'a> {
         range(true)
     }
 
-    pub fn pose(&mut self, numbers: [f32; 8]) -> String {
+    fn pose(&mut self, numbers: [f32; 8]) -> String {
         let [x, y, z, w, i, j, k, _] = numbers.map(f64::from);
         let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
         let body = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
@@ -146,7 +179,7 @@ impl<'a> PadTeller<'a> {
         words(&wrenches) + &words(&[depth_mm, pose_deg[0], pose_deg[1]]) + &format!(" {face}") + &forces(&response)
     }
 
-    pub fn save(&mut self) -> String {
+    fn save(&mut self) -> String {
         let pad = self.pad.checksum();
         match &mut self.state {
             Some(state) => saved(pad, state),
@@ -155,8 +188,8 @@ impl<'a> PadTeller<'a> {
     }
 }
 
-fn saved<const P: usize>(pad: u32, state: &mut PadState<P>) -> String {
-    let mut bytes = vec![0; pad_state_bytes(P)];
+fn saved<const P: usize, M: Memory<P, f32> + Pod>(pad: u32, state: &mut PadState<P, f32, M>) -> String {
+    let mut bytes = vec![0; PadState::<P, f32, M>::SAVED_BYTES];
     state.write_bytes(pad, &mut bytes).expect("the buffer has that length");
     *state = PadState::read_bytes(pad, &bytes).expect("what was written can be read");
     bytes.iter().fold(" ".to_owned(), |text, byte| text + &format!("{byte:02x}"))

@@ -196,6 +196,11 @@ fn pad_clean(requests: &mut Vec<Request>) {
         requests.extend((1..=50).map(|i| step(1.0, 0.0, 0.002, 30.0 + 0.2 * i as f32, -0.2 * i as f32)));
         requests.extend((0..10).map(|_| step(1.0, 0.0, 0.0, 40.0, -10.0)));
         requests.extend([Request::Patches, Request::PadSave]);
+        // A hold, which tissue that relaxes does not stand, in steps from 10 us to longer than any time of it; steps of no time among them.
+        let hold = |dt_s| Request::PadStep([1.0, 0.0, 0.0, 0.0, 40.0, -10.0, dt_s]);
+        requests.extend((0..60).map(|i| hold(1e-5 * 1.3f32.powi(i))));
+        requests.extend([0.0, -1.0, f32::NAN, f32::INFINITY, 1e9, 2e9].map(hold));
+        requests.extend([Request::Patches, Request::PadSave]);
         requests.extend((0..=50).map(|i| step(1.0 - 0.02 * i as f32, 0.0, 0.0, 40.0, -10.0)));
     }
 }

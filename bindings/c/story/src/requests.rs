@@ -17,7 +17,7 @@
 //! | `body KIND RADIUS AXIS ANGLE PITCH ROLL` | a fresh contact of the pad over a body (0 plane, 1 sphere, 2 cylinder, 3 edge); the same |
 //! | `pad-factor F` | strength factor of the pad's contact; the same |
 //! | `pad-step DEPTH X Y SPIN PITCH ROLL DT` | a step of the pad: a response |
-//! | `patches` | the load of each patch: nine numbers each |
+//! | `patches` | the load of each patch, nine numbers each |
 //! | `shape KIND THREE-SIZES EDGE ANGLE` | a contact of the pad in frames with a shape (kinds as in `fingerpad.h`); answer: 0, or 8 where out of range |
 //! | `pose X Y Z W I J K DT` | a step of that contact to a pose of the body: both wrenches, depth, pitch, roll, face, the response |
 //! | `pad-save` | the pad's state as bytes, from which it is then restored |

@@ -1,10 +1,10 @@
 //! The core without Python, for its tests and measurements.
 //!
 //! `native bed MODEL.fpm spin|plain` and `native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL` read rows of eight little-endian floats
-//! (depth, slide x, slide y, spin, dt, strength factor, pitch, roll; beds pass the last two over) and write the eighteen words of each
+//! (depth, slide x, slide y, spin, dt, strength factor, pitch, roll; beds pass the last two over) and write the nineteen words of each
 //! response, and of a pad behind them the nine floats of each of its patches. PITCH and ROLL are the pose over the body's apex.
 //! `native frames bed|pad MODEL.fpm SHAPE SIZE...` reads rows of nine little-endian doubles (position and quaternion w, x, y, z of the body in
-//! the finger's frame, dt, strength factor) and writes 34 words: those of the response, force and moment on finger and body, depth, pitch,
+//! the finger's frame, dt, strength factor) and writes 35 words: those of the response, force and moment on finger and body, depth, pitch,
 //! roll, face.
 
 use std::io::{BufWriter, Read, StdoutLock, Write};
@@ -12,13 +12,15 @@ use std::io::{BufWriter, Read, StdoutLock, Write};
 use fingerpad::frames::{Finger, FrameContact, RoundBed, Shape};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::{Body, Cylinder, Edge, PadState, Plane, Sphere, Surface};
+use fingerpad::pad::{Body, Cylinder, Edge, Memory, Pad, PadMemory, PadState, Plane, Sphere, Surface};
 use fingerpad::{Model, Motion, Response, SpinState, StateOf};
 
 type Failure = Box<dyn std::error::Error>;
 
 /// Patches of the pads that are stepped here.
 const PATCHES: usize = 37;
+
+type Relaxing = PadState<PATCHES, f32, PadMemory<PATCHES>>;
 
 fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -32,13 +34,10 @@ fn main() -> Result<(), Failure> {
             let (radius_mm, axis_deg): (f32, f32) = (radius.parse()?, axis.parse()?);
             let pose = [pitch.parse()?, roll.parse()?];
             match body {
-                "Plane" => on_pad(&pad, &Plane, PadState::new(&pad)?),
-                "Sphere" => on_pad(&pad, &Sphere::new(radius_mm)?, PadState::over(&pad, pose)?),
-                "Cylinder" => on_pad(&pad, &Cylinder::new(radius_mm, axis_deg)?, PadState::over(&pad, pose)?),
-                "Edge" => {
-                    let edge = Body::Edge(Edge::new(radius_mm, axis_deg, angle.parse()?)?);
-                    on_pad(&pad, &edge, PadState::over(&pad, pose)?)
-                }
+                "Plane" => over(&pad, &Plane, None),
+                "Sphere" => over(&pad, &Sphere::new(radius_mm)?, Some(pose)),
+                "Cylinder" => over(&pad, &Cylinder::new(radius_mm, axis_deg)?, Some(pose)),
+                "Edge" => over(&pad, &Body::Edge(Edge::new(radius_mm, axis_deg, angle.parse()?)?), Some(pose)),
                 _ => Err(format!("{body} is no body").into()),
             }
         }
@@ -55,8 +54,13 @@ fn main() -> Result<(), Failure> {
                 let set = |state: &mut SpinState, factor| _ = state.set_strength_factor(factor);
                 return in_frames(&RoundBed::new(load(model)?.file().model), shape, set);
             }
-            let set = |state: &mut PadState<PATCHES>, factor| _ = state.set_strength_factor(factor);
-            in_frames(&PadModelFile::new(&std::fs::read(model)?)?.file().pad, shape, set)
+            let file = PadModelFile::new(&std::fs::read(model)?)?;
+            let pad = file.file().pad;
+            if pad.relaxation().is_some() {
+                in_frames::<Relaxing, _>(&pad, shape, |state, factor| _ = state.set_strength_factor(factor))
+            } else {
+                in_frames::<PadState<PATCHES>, _>(&pad, shape, |state, factor| _ = state.set_strength_factor(factor))
+            }
         }
         _ => Err("usage: native bed MODEL.fpm spin|plain, native pad PAD.fpm BODY RADIUS AXIS ANGLE PITCH ROLL, \
                   or native frames bed|pad MODEL.fpm SHAPE SIZE..."
@@ -90,10 +94,25 @@ fn on_bed<const P: usize>(model: &Model) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-fn on_pad(
-    pad: &fingerpad::pad::Pad<'_>,
+/// A pad on a body in a pose, with the memory that its tissue needs.
+fn over(pad: &Pad<'_>, body: &impl Surface<f32>, pose: Option<[f32; 2]>) -> Result<(), Failure> {
+    fn fresh<M: Memory<PATCHES, f32>>(
+        pad: &Pad<'_>,
+        pose: Option<[f32; 2]>,
+    ) -> Result<PadState<PATCHES, f32, M>, Failure> {
+        Ok(pose.map_or_else(|| PadState::fresh(pad), |pose| PadState::fresh_over(pad, pose))?)
+    }
+    if pad.relaxation().is_some() {
+        on_pad(pad, body, fresh::<PadMemory<PATCHES>>(pad, pose)?)
+    } else {
+        on_pad(pad, body, fresh::<()>(pad, pose)?)
+    }
+}
+
+fn on_pad<M: Memory<PATCHES, f32>>(
+    pad: &Pad<'_>,
     body: &impl Surface<f32>,
-    mut state: PadState<PATCHES>,
+    mut state: PadState<PATCHES, f32, M>,
 ) -> Result<(), Failure> {
     let mut out = BufWriter::new(std::io::stdout().lock());
     for (motion, strength, pose) in rows()? {
@@ -136,17 +155,17 @@ fn write(out: &mut BufWriter<StdoutLock>, words: &[u32]) -> std::io::Result<()> 
     words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
 }
 
-fn words(r: &Response) -> [u32; 18] {
+fn words(r: &Response) -> [u32; 19] {
     let ([x, y], [centre_x, centre_y]) = (r.friction_n, r.pressure_centre_mm);
     let first = [r.normal_force_n, x, y, r.spin_moment_n_mm, r.slip_margin, r.stick_ratio].map(f32::to_bits);
     let rest = [r.friction_limit_n, r.contact_area_mm2, centre_x, centre_y, r.band_normal_n, r.band_friction_n];
     let rest = rest.map(f32::to_bits);
-    let mut words = [0; 18];
+    let mut words = [0; 19];
     words[..6].copy_from_slice(&first);
     words[6] = r.regime as u32;
     words[7] = r.status.0;
     words[8..14].copy_from_slice(&rest);
     let ([friction_x, friction_y], [about_x, about_y]) = (r.tangential_friction_n, r.tilt_moment_n_mm);
-    words[14..].copy_from_slice(&[friction_x, friction_y, about_x, about_y].map(f32::to_bits));
+    words[14..].copy_from_slice(&[friction_x, friction_y, about_x, about_y, r.slip_margin_relaxed].map(f32::to_bits));
     words
 }

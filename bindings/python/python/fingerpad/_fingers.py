@@ -31,7 +31,8 @@ FORCES = np.dtype(
     ]
 )
 #: Response of a contact with outputs="all": the forces, then limit, area, centre of pressure, 95 % bands,
-#: friction alone and the moments about x and y.
+#: friction alone, the moments about x and y, and the slip margin that is left when the tissue has relaxed at the present depth (0: the
+#: load slips before; the slip margin itself where nothing relaxes).
 RESPONSE = np.dtype(
     [(name, FORCES.fields[name][0]) for name in FORCES.names or ()]  # type: ignore[index]
     + [
@@ -45,6 +46,7 @@ RESPONSE = np.dtype(
         ("tangential_friction_y_n", np.float32),
         ("tilt_moment_x_n_mm", np.float32),
         ("tilt_moment_y_n_mm", np.float32),
+        ("slip_margin_relaxed", np.float32),
     ]
 )
 #: Response of a driven contact: the plain response, then the motion that led to it.

@@ -1,7 +1,7 @@
 """The compiled part of the package."""
 
 from os import PathLike
-from typing import Any, Sequence, final, overload
+from typing import Any, Literal, Sequence, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -197,6 +197,18 @@ class Pad:
         the friction law, 0.1 to 10. Raises ModelError beyond.
         """
 
+    @property
+    def relaxation(self) -> list[tuple[float, float]]:
+        """Branches of tissue that relaxes: share of the relaxed stiffness, and time, s. Empty for tissue that does not."""
+
+    def relaxing(self, branches: Literal["human-assumed"] | list[tuple[float, float]]) -> Pad:
+        """The same pad with tissue that relaxes; its `to_bytes` is a file of that.
+
+        branches: up to three of share and time (s): held, the force falls as 1 plus the sum of share times exp(-t / time). None of them: tissue
+        that does not relax. "human-assumed" has published times (4 ms, 70 ms, 1.4 s; Pawluk and Howe 1999) and assumed shares (1, 0.6, 0.6):
+        measure them. Raises InputError for a share that is not between 0 and 100 and a time that is not between 1e-5 and 1e5 s.
+        """
+
     @overload
     def least_grip(
         self,
@@ -215,7 +227,8 @@ class Pad:
         friction_x_n, friction_y_n, margin, strength_factor: as of `Model.least_grip`. pitch_deg, roll_deg, body: as of `Fingers`. Numbers
         broadcast, and arrays give arrays. By bisection over the depth, each with a press from the air and a slide to the load. The half-width
         of friction's 95 % band is on the safe side already. The status has LOAD_NOT_REACHED, and the depth is the largest one, if that does not
-        hold the load; BAD_INPUT for a load that is NaN or infinite. Raises InputError beyond the ranges.
+        hold the load; BAD_INPUT for a load that is NaN or infinite. Tissue that relaxes has relaxed: the grip holds the load for good. Raises
+        InputError beyond the ranges.
         """
 
     @overload
@@ -320,6 +333,11 @@ class Response:
     @property
     def tilt_moment_y_n_mm(self) -> float:
         """Moment of all forces about y, N mm."""
+
+    @property
+    def slip_margin_relaxed(self) -> float:
+        """The slip margin that is left when the tissue has relaxed at the present depth; 0: the load slips before. Where nothing relaxes
+        the slip margin."""
 
     def to_record(self) -> npt.NDArray[np.void]:
         """The same as an array of one record of `RESPONSE`."""

@@ -1,7 +1,7 @@
 //! What the page must show, computed by the core on the host.
 //!
 //! ```text
-//! fingerpad-web-reference steps PAD.fpm BODY MOTIONS        ten 32-bit floats a motion on; writes 14 words a response
+//! fingerpad-web-reference steps PAD.fpm BODY MOTIONS        ten 32-bit floats a motion on; writes 15 words a response
 //! fingerpad-web-reference path PAD.fpm BODY PATH.csv DT_S   a path of the body in steps of DT_S; likewise
 //! fingerpad-web-reference refusal FILE                      why a file is no pad, in the core's words
 //! fingerpad-web-reference bench PAD.fpm BODY MOTIONS        us a step, as JSON
@@ -19,7 +19,7 @@ use fingerpad::effects::speed_log::SpeedLog;
 use fingerpad::effects::temperature::Temperature;
 use fingerpad::effects::{Change, Conditions, Effect, VALUES};
 use fingerpad::host::PadModelFile;
-use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadState, Sphere};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, RelaxingPadState, Sphere};
 use fingerpad::{Motion, Response, Status};
 
 /// Patches of the pads that are stepped here.
@@ -62,7 +62,7 @@ fn read_motions(file: &str) -> Result<Vec<[f32; 10]>, Failure> {
 struct Finger<'a> {
     pad: Pad<'a>,
     body: Body,
-    contact: PadState<PATCHES>,
+    contact: RelaxingPadState<PATCHES>,
 }
 
 impl<'a> Finger<'a> {
@@ -79,7 +79,9 @@ impl<'a> Finger<'a> {
             _ => return Err("no such body".into()),
         };
         let is_plane = body == Body::Plane;
-        let contact = if is_plane { PadState::new(&pad)? } else { PadState::over(&pad, [pitch_deg, roll_deg])? };
+        let pose = [pitch_deg, roll_deg];
+        let contact =
+            if is_plane { RelaxingPadState::relaxing(&pad)? } else { RelaxingPadState::relaxing_over(&pad, pose)? };
         Ok(Self { pad, body, contact })
     }
 
@@ -120,12 +122,12 @@ fn act<E: Effect>(at: &Conditions<f32>, change: &mut Change<f32>) {
 /// The words of every response, and at the end the patches.
 fn replay(file: &PadModelFile, body: &str, motions: &[[f32; 10]]) -> Result<Vec<u32>, Failure> {
     let mut finger = Finger::new(file.file().pad, body)?;
-    let mut words = Vec::with_capacity(14 * motions.len());
+    let mut words = Vec::with_capacity(15 * motions.len());
     for motion in motions {
         let r = finger.step(motion);
         let numbers = [r.normal_force_n, r.friction_n[0], r.friction_n[1], r.stick_ratio, r.friction_limit_n];
         let places = [r.spin_moment_n_mm, r.pressure_centre_mm[0], r.pressure_centre_mm[1], r.contact_area_mm2];
-        let bands = [r.band_normal_n, r.band_friction_n];
+        let bands = [r.band_normal_n, r.band_friction_n, r.slip_margin_relaxed];
         words.extend(numbers.iter().chain([&r.slip_margin]).chain(&places).chain(&bands).map(|x| x.to_bits()));
         words.extend([r.regime as u32, r.status.0]);
     }

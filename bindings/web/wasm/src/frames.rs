@@ -5,7 +5,7 @@
 use fingerpad::Error;
 use fingerpad::frames::{FrameContact, FrameResponse, Shape};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::PadState;
+use fingerpad::pad::RelaxingPadState;
 
 use crate::{PATCHES, RESULT, Shared, finger, words};
 
@@ -15,7 +15,7 @@ const POSE: usize = 7;
 const FRAME: usize = 16;
 
 /// Memory of one contact.
-type Contact = FrameContact<PadState<PATCHES>>;
+type Contact = FrameContact<RelaxingPadState<PATCHES>>;
 
 static NUMBERS: Shared<[f64; POSE]> = Shared::new([0.0; POSE]);
 static CONTACT: Shared<Option<Contact>> = Shared::new(None);

@@ -10,8 +10,8 @@ mod skin;
 
 use core::cell::UnsafeCell;
 
-use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, PadState, PatchState, Sphere, Surface};
-use fingerpad::{Error, Motion, Response, Scalar, Status};
+use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, PatchState, RelaxingPadState, Sphere, Surface};
+use fingerpad::{Error, Motion, Relaxation, Response, Scalar, Status};
 use panic_never as _;
 
 /// Largest model file, bytes.
@@ -23,7 +23,7 @@ const MOST_STEPS: usize = 512;
 /// Numbers of a motion; see [`motions`].
 const MOTION: usize = 10;
 /// Words of a response; see [`results`].
-const RESULT: usize = 14;
+const RESULT: usize = 15;
 /// Numbers of a patch; see [`patch_states`].
 const PATCH: usize = 9;
 /// Least and largest radius of a body, mm.
@@ -52,7 +52,10 @@ struct Bytes([u8; FILE_BYTES]);
 struct Finger {
     pad: Pad<'static>,
     body: Body,
-    contact: PadState<PATCHES>,
+    /// It remembers whether or not the tissue relaxes: the bits are the same where it does not.
+    contact: RelaxingPadState<PATCHES>,
+    /// Branches of the file.
+    relaxation: Relaxation,
 }
 
 static INCOMING: Shared<Bytes> = Shared::new(Bytes([0; FILE_BYTES]));
@@ -89,9 +92,9 @@ pub extern "C" fn motions() -> *mut f32 {
     MOTIONS.0.get().cast()
 }
 
-/// Where [`run`] writes responses, 14 words each: floats for normal force, friction x, y, N; stick ratio; friction limit, N;
+/// Where [`run`] writes responses, 15 words each: floats for normal force, friction x, y, N; stick ratio; friction limit, N;
 /// slip margin; moment about the normal, N mm; centre of pressure x, y, mm; contact area, mm²; half-widths of the bands of
-/// normal force and friction, N; then regime and status as whole numbers.
+/// normal force and friction, N; the slip margin that is left when the tissue has relaxed; then regime and status as whole numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn results() -> *const u32 {
     RESULTS.0.get().cast_const().cast()
@@ -137,7 +140,7 @@ pub extern "C" fn load(length: usize) -> u32 {
     match check(file, length) {
         Ok((pad, contact)) => {
             // SAFETY: one thread, and nothing borrows it.
-            unsafe { *FINGER.0.get() = Some(Finger { pad, body, contact }) };
+            unsafe { *FINGER.0.get() = Some(Finger { pad, body, contact, relaxation: *pad.relaxation() }) };
             0
         }
         Err(error) => skin::words(error)[0],
@@ -145,10 +148,10 @@ pub extern "C" fn load(length: usize) -> u32 {
 }
 
 /// A pad and a finger in the air from the first `length` bytes.
-fn check(bytes: &'static Bytes, length: usize) -> Result<(Pad<'static>, PadState<PATCHES>), Error> {
+fn check(bytes: &'static Bytes, length: usize) -> Result<(Pad<'static>, RelaxingPadState<PATCHES>), Error> {
     let too_long = Error::Length { expected: FILE_BYTES as u32, found: length as u32 };
-    let pad = PadFile::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?.without_branches()?.pad;
-    Ok((pad, PadState::new(&pad)?))
+    let pad = PadFile::from_bytes(bytes.0.get(..length).ok_or(too_long)?)?.pad;
+    Ok((pad, RelaxingPadState::relaxing(&pad)?))
 }
 
 /// Patches of the pad in use; 0 without one.
@@ -220,11 +223,21 @@ pub extern "C" fn strength(hydration_au: f32, temperature_c: f32, speed_mm_s: f3
     skin::strength(hydration_au, temperature_c, speed_mm_s)
 }
 
+/// Gives the finger tissue that relaxes: the times of a human finger with assumed shares (1), or the branches of the file, of which it has
+/// usually none (0). The finger must be lifted then.
+#[unsafe(no_mangle)]
+pub extern "C" fn relax(is_assumed: u32) {
+    let Some(Finger { pad, relaxation, .. }) = finger() else { return };
+    *pad = pad.with_relaxation(if is_assumed == 0 { *relaxation } else { Relaxation::HUMAN_ASSUMED });
+}
+
 /// Lifts the finger off: it forgets everything. The body's apex then lies under first touch of the pose.
 #[unsafe(no_mangle)]
 pub extern "C" fn lift(pitch_deg: f32, roll_deg: f32) {
-    let Some(Finger { pad, body, contact }) = finger() else { return };
-    let state = if *body == Body::Plane { PadState::new(pad) } else { PadState::over(pad, [pitch_deg, roll_deg]) };
+    let Some(Finger { pad, body, contact, .. }) = finger() else { return };
+    let pose_deg = [pitch_deg, roll_deg];
+    let is_plane = *body == Body::Plane;
+    let state = if is_plane { RelaxingPadState::relaxing(pad) } else { RelaxingPadState::relaxing_over(pad, pose_deg) };
     if let Ok(state) = state {
         *contact = state;
     }
@@ -233,7 +246,7 @@ pub extern "C" fn lift(pitch_deg: f32, roll_deg: f32) {
 /// Advances the finger by the first `count` motions; returns how many steps were made. Cannot fail, whatever the motions.
 #[unsafe(no_mangle)]
 pub extern "C" fn run(count: usize) -> usize {
-    let Some(Finger { pad, body, contact }) = finger() else { return 0 };
+    let Some(Finger { pad, body, contact, .. }) = finger() else { return 0 };
     // SAFETY: one thread, and nothing else borrows these.
     let (motions, results) = unsafe { (&*MOTIONS.0.get(), &mut *RESULTS.0.get()) };
     let count = count.min(MOST_STEPS);
@@ -249,7 +262,7 @@ pub extern "C" fn run(count: usize) -> usize {
 fn step(
     pad: &Pad<'_>,
     body: &Body,
-    contact: &mut PadState<PATCHES>,
+    contact: &mut RelaxingPadState<PATCHES>,
     &[depth_mm, x, y, spin_increment_rad, dt_s, pitch_deg, roll_deg, hydration_au, temperature_c, speed]: &[f32;
          MOTION],
 ) -> [u32; RESULT] {
@@ -275,6 +288,7 @@ fn words(r: &Response, status: Status) -> [u32; RESULT] {
         r.contact_area_mm2,
         r.band_normal_n,
         r.band_friction_n,
+        r.slip_margin_relaxed,
     ];
     let mut words = [0; RESULT];
     for (word, number) in words.iter_mut().zip(numbers) {
@@ -306,7 +320,7 @@ fn root<T: Scalar>(x: T) -> T {
 /// Writes what the patches bear after the last step to [`patch_states`]; returns how many there are.
 #[unsafe(no_mangle)]
 pub extern "C" fn look() -> usize {
-    let Some(Finger { pad, body, contact }) = finger() else { return 0 };
+    let Some(Finger { pad, body, contact, .. }) = finger() else { return 0 };
     // SAFETY: one thread, and nothing else borrows it.
     let out = unsafe { &mut *PATCH_STATES.0.get() };
     for (patch, out) in pad.patch_states(contact, body).iter().zip(out) {

@@ -217,7 +217,7 @@ fn a_ball_spins_about_its_own_apex() {
 }
 
 #[test]
-fn the_columns_are_those_of_simulate_and_four_more() {
+fn the_columns_are_those_of_simulate_and_seven_more() {
     let folder = Folder::with(&[("c.toml", COARSE)]);
     folder.write("p.csv", format!("{HEAD},pitch_deg\n0,0,0,0,35\n1,0.2,0,0,35\n"));
     folder.done("simulate --path p.csv --config c.toml --out s.csv");
@@ -226,7 +226,8 @@ fn the_columns_are_those_of_simulate_and_four_more() {
     assert_eq!(
         head("r.csv"),
         head("s.csv")
-            + ",friction_limit_n,slip_margin,band_normal_n,band_friction_n,tangential_friction_x_n,tangential_friction_y_n"
+            + ",friction_limit_n,slip_margin,band_normal_n,band_friction_n,tangential_friction_x_n,tangential_friction_y_n,\
+               slip_margin_relaxed"
     );
 }
 

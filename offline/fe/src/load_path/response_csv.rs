@@ -29,13 +29,14 @@ pub const POSE_COLUMNS: [&str; 8] =
     ["spin_deg", "pitch_deg", "roll_deg", "spin_moment_n_mm", "moment_x_n_mm", "moment_y_n_mm", "cop_x_mm", "cop_y_mm"];
 
 /// Columns that the reduced model adds; [`read`] accepts and skips them.
-pub const EXTRA_COLUMNS: [&str; 6] = [
+pub const EXTRA_COLUMNS: [&str; 7] = [
     "friction_limit_n",
     "slip_margin",
     "band_normal_n",
     "band_friction_n",
     "tangential_friction_x_n",
     "tangential_friction_y_n",
+    "slip_margin_relaxed",
 ];
 
 fn numbers(r: &Response) -> [f64; 9] {
@@ -103,7 +104,11 @@ pub fn header(has_extra: bool) -> String {
 ///
 /// # Errors
 /// Those of `w`.
-pub fn write_to(w: &mut dyn Write, responses: &[Response], extra: Option<&[[f64; 6]]>) -> io::Result<()> {
+pub fn write_to(
+    w: &mut dyn Write,
+    responses: &[Response],
+    extra: Option<&[[f64; EXTRA_COLUMNS.len()]]>,
+) -> io::Result<()> {
     writeln!(w, "{}", header(extra.is_some()))?;
     let cell = |x: f64| if x.is_nan() { String::new() } else { number(x).to_string() };
     for (i, response) in responses.iter().enumerate() {
