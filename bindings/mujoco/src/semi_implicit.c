@@ -17,8 +17,8 @@ static const mjtNum MM_PER_M = 1000;
 enum { ALONG = 3, NORMAL = 3, DIRECTIONS = 4, PARTS = 2 };
 
 typedef struct {
-  /* Its six velocities by the joints'. */
-  mjtNum* jacobian;
+  /* Its six velocities by the joints', and at the start of the step. */
+  mjtNum *jacobian, before[AXES];
   /* Velocities along the directions by the six. */
   mjtNum rows[DIRECTIONS * AXES];
   /* Stiffness times the time step and damping, N s/m: of both parts, and along the normal. What else they are, of the six velocities. */
@@ -125,8 +125,8 @@ static void read_law(step_law* law, const coupled_contact* c, mjtNum h) {
   law->share = 1;
 }
 
-/* The wrench at the velocities `after`, its fall with them, a symmetric matrix, and the normal force before it is held at 0: a contact does
- * not pull. */
+/* The wrench at the velocities `after`; if asked for, its fall with them, a symmetric matrix; and the normal force before it is held at 0: a
+ * contact does not pull. */
 static void follow(mjtNum all[AXES], mjtNum fall[SQUARE], mjtNum* pressure, const step_law* law, const mjtNum after[AXES]) {
   mjtNum along[DIRECTIONS], more[DIRECTIONS] = {0}, own[DIRECTIONS * DIRECTIONS] = {0}, room[DIRECTIONS * AXES];
   mju_mulMatVec(along, law->rows, after, DIRECTIONS, AXES);
@@ -147,6 +147,7 @@ static void follow(mjtNum all[AXES], mjtNum fall[SQUARE], mjtNum* pressure, cons
   more[NORMAL] = mju_max(0, *pressure) - law->pressure;
   own[DIRECTIONS * NORMAL + NORMAL] = *pressure > 0 ? law->normal : 0;
   for (int i = 0; i < DIRECTIONS; i++) mju_addToScl(all, law->rows + AXES * i, more[i], AXES);
+  if (!fall) return;
   mju_mulMatMat(room, own, law->rows, DIRECTIONS, DIRECTIONS, AXES);
   mju_mulMatTMat(fall, law->rows, room, DIRECTIONS, AXES, AXES);
   mju_addTo(fall, law->rest, SQUARE);
@@ -236,14 +237,12 @@ typedef struct {
 
 /* The velocities of a contact at the end of a step with the accelerations `a`. */
 static void velocity_after(mjtNum after[AXES], const coupling* all, const step_law* law, const mjtNum* a) {
-  mjtNum gained[AXES];
-  mju_mulMatVec(after, law->jacobian, all->d->qvel, AXES, all->m->nv);
-  mju_mulMatVec(gained, law->jacobian, a, AXES, all->m->nv);
-  mju_addToScl(after, gained, all->m->opt.timestep, AXES);
+  mju_mulMatVec(after, law->jacobian, a, AXES, all->m->nv);
+  mju_addScl(after, law->before, after, all->m->opt.timestep, AXES);
 }
 
-/* The gradient of the cost that the accelerations minimise, that of MuJoCo's solver with the contacts, and, if asked for, its curvature. */
-static void gradient_of(mjtNum* gradient, mjtNum* hessian, const coupling* all, const mjtNum* a) {
+/* The gradient of the cost that the accelerations minimise: that of MuJoCo's solver with the contacts. */
+static void gradient_of(mjtNum* gradient, const coupling* all, const mjtNum* a) {
   const mjModel* m = all->m;
   mjData* d = all->d;
   int nv = m->nv;
@@ -258,29 +257,39 @@ static void gradient_of(mjtNum* gradient, mjtNum* hessian, const coupling* all, 
     mj_freeStack(d);
     mju_subFrom(gradient, d->qfrc_constraint, nv);
   }
-  if (hessian) {
-    mju_copy(hessian, all->mass, nv * nv);
-    add_constraints(hessian, m, d);
+  for (int i = 0; i < all->count; i++) {
+    const step_law* law = all->law + i;
+    mjtNum after[AXES], w[AXES], pressure;
+    velocity_after(after, all, law, a);
+    follow(w, NULL, &pressure, law, after);
+    for (int k = 0; k < AXES; k++) mju_addToScl(gradient, law->jacobian + k * nv, -w[k], nv);
   }
+}
+
+/* The curvature of the cost where its gradient was taken last. */
+static void curvature_of(mjtNum* hessian, const coupling* all, const mjtNum* a) {
+  int nv = all->m->nv;
+  mju_copy(hessian, all->mass, nv * nv);
+  add_constraints(hessian, all->m, all->d);
   for (int i = 0; i < all->count; i++) {
     const step_law* law = all->law + i;
     mjtNum after[AXES], w[AXES], fall[SQUARE], pressure;
     velocity_after(after, all, law, a);
     follow(w, fall, &pressure, law, after);
-    for (int k = 0; k < AXES; k++) mju_addToScl(gradient, law->jacobian + k * nv, -w[k], nv);
-    mju_scl(fall, fall, m->opt.timestep, SQUARE);
-    if (hessian) add_in_joints(hessian, law->jacobian, fall, d, nv);
+    mju_scl(fall, fall, all->m->opt.timestep, SQUARE);
+    add_in_joints(hessian, law->jacobian, fall, all->d, nv);
   }
 }
 
-/* How much of a step from `a` to take: where the cost falls no more along it, or the whole where it still falls there. `trial` is where that leads. */
+/* How much of a step from `a` to take: where the cost falls no more along it, or the whole where it still falls there. `trial` is where that
+ * leads, with its gradient. */
 static void search(mjtNum* trial, mjtNum* gradient, const coupling* all, const mjtNum* a, const mjtNum* step, mjtNum slope) {
   enum { TRIALS = 12 };
   int nv = all->m->nv;
   mjtNum from = 0, to = 1, share = 1, left = slope, right = 0;
   for (int i = 0; i < TRIALS; i++) {
     mju_addScl(trial, a, step, -share, nv);
-    gradient_of(gradient, NULL, all, trial);
+    gradient_of(gradient, all, trial);
     mjtNum here = -mju_dot(gradient, step, nv);
     if (mju_abs(here) <= -0.1 * slope || (here < 0 && share == 1)) return;
     if (here < 0) {
@@ -301,14 +310,14 @@ static void minimise(mjtNum* a, const coupling* all) {
   int nv = all->m->nv;
   mjData* d = all->d;
   mj_markStack(d);
-  mjtNum *hessian = mj_stackAllocNum(d, (size_t)(nv * nv)), *gradient = mj_stackAllocNum(d, (size_t)(4 * nv));
-  mjtNum *step = gradient + nv, *trial = step + nv, *other = trial + nv;
-  for (int round = 0; round < ROUNDS; round++) {
-    gradient_of(gradient, hessian, all, a);
-    if (mju_norm(gradient, nv) <= small * mju_norm(all->force, nv)) break;
+  mjtNum *hessian = mj_stackAllocNum(d, (size_t)(nv * nv)), *gradient = mj_stackAllocNum(d, (size_t)(3 * nv));
+  mjtNum *step = gradient + nv, *trial = step + nv;
+  gradient_of(gradient, all, a);
+  for (int round = 0; round < ROUNDS && mju_norm(gradient, nv) > small * mju_norm(all->force, nv); round++) {
+    curvature_of(hessian, all, a);
     mju_cholFactor(hessian, nv, mjMINVAL);
     mju_cholSolve(step, hessian, gradient, nv);
-    search(trial, other, all, a, step, -mju_dot(gradient, step, nv));
+    search(trial, gradient, all, a, step, -mju_dot(gradient, step, nv));
     mju_copy(a, trial, nv);
   }
   mj_freeStack(d);
@@ -319,9 +328,9 @@ static mjtNum update_shares(const coupling* all, const mjtNum* a) {
   mjtNum most = 0;
   for (int i = 0; i < all->count; i++) {
     step_law* law = all->law + i;
-    mjtNum after[AXES], w[AXES], fall[SQUARE], pressure;
+    mjtNum after[AXES], w[AXES], pressure;
     velocity_after(after, all, law, a);
-    follow(w, fall, &pressure, law, after);
+    follow(w, NULL, &pressure, law, after);
     mjtNum share = law->pressure > 0 ? mju_max(0, pressure) / law->pressure : 1;
     most = mju_max(most, mju_abs(share - law->share));
     law->share = share;
@@ -331,8 +340,8 @@ static mjtNum update_shares(const coupling* all, const mjtNum* a) {
 
 /* The wrench at the velocity at the end of the step, none of a contact that would pull; what differs from that at rest counts to the dampers. */
 static void wrench_ahead(wrench* w, const coupled_contact* c, const step_law* law, const mjtNum after[AXES]) {
-  mjtNum all[AXES], fall[SQUARE], more[AXES], moment[3], pressure, *damping = c->now->damping;
-  follow(all, fall, &pressure, law, after);
+  mjtNum all[AXES], more[AXES], moment[3], pressure, *damping = c->now->damping;
+  follow(all, NULL, &pressure, law, after);
   if (pressure <= 0) mju_zero(all, AXES);
   mju_copy3(w->force, all);
   mju_copy3(w->moment, all + 3);
@@ -363,6 +372,7 @@ void apply_coupled(const mjModel* m, mjData* d, coupled_contact* contacts, int c
   for (int i = 0; i < count; i++) {
     law[i].jacobian = jacobians + i * AXES * nv;
     relative_jacobian(law[i].jacobian, m, d, contacts[i].s->site, contacts[i].geom, &contacts[i].here);
+    mju_mulMatVec(law[i].before, law[i].jacobian, d->qvel, AXES, nv);
     read_law(law + i, contacts + i, m->opt.timestep);
   }
   if (d->nefc) mj_referenceConstraint(m, d);
