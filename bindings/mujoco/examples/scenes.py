@@ -174,10 +174,10 @@ def pulled_card(timestep=0.001, **attributes):
     return scene.replace("<actuator>", '<actuator><position name="pull" joint="object" kp="500" dampratio="1"/>')
 
 
-def pulled_by_string(pads=4, mass=0.005, timestep=0.004, integrator="implicitfast", pull=(0, 0, -1), at=(0, 0, 0), **attributes):
-    """A card of 0.8 mm without gravity between a thumb, `finger0`, and the other pads, on fingers that are as heavy as rotors make them and give way
+def pulled_by_string(pads=4, held="card", mass=0.005, timestep=0.004, integrator="implicitfast", pull=(0, 0, -1), at=(0, 0, 0), **attributes):
+    """A card of 0.8 mm, or a ball, without gravity between a thumb, `finger0`, and the other pads, on fingers that are as heavy as rotors make them and give way
     along the card. Motors `finger0` and so on, N. A string of 300 N/m from the place ``at`` along ``pull`` ends at the mocap body `hook`, 0.1 m off."""
-    names, half, bodies = [f"finger{k}" for k in range(pads)], OBJECTS["card"][0], ""
+    (half, _, geom), names, bodies = OBJECTS[held], [f"finger{k}" for k in range(pads)], ""
     for k, name in enumerate(names):
         sign, y = (-1, 0.0) if k == 0 else (1, 0.022 * (k - pads / 2))
         gives = "".join(f'<joint type="slide" axis="{axis}" armature="0.14" stiffness="1000" damping="3"/>' for axis in ("0 0 1", "0 1 0"))
@@ -194,7 +194,7 @@ def pulled_by_string(pads=4, mass=0.005, timestep=0.004, integrator="implicitfas
     {bodies}
     <body name="hook" mocap="true" pos="{x} {y} {z}"><site name="hook"/></body>
     <body name="object"><freejoint name="object"/><site name="middle" pos="{at[0]} {at[1]} {at[2]}"/>
-      <geom name="object" type="box" size="{half} 0.0428 0.027" mass="{mass}" contype="0" conaffinity="0"/></body>
+      <geom name="object" {geom} euler="90 0 0" mass="{mass}" contype="0" conaffinity="0"/></body>
   </worldbody>
   <tendon><spatial name="string" stiffness="300" damping="2" springlength="0 0.1"><site site="middle"/><site site="hook"/></spatial></tendon>
   <actuator>{"".join(f'<motor name="{name}" joint="{name}"/>' for name in names)}</actuator>

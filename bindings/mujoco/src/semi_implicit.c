@@ -10,10 +10,10 @@ static const mjtNum AHEAD = 1;
 static const mjtNum STILL[3] = {0, 0, 0};
 static const mjtNum MM_PER_M = 1000;
 
-/* Where and how a contact carries force within a step. Friction and its moment about the centre of pressure are one force along three directions: x,
- * y, and a turn about the normal times the radius of gyration of the springs. It is in two parts, of the area that sticks and of that which
- * slips; each changes by its stiffness up to its limit. So friction that slips goes on as it is while the slip goes on, and takes up the
- * motion as one that sticks where the slip would turn round within the step. */
+/* Where and how a contact carries force within a step. Friction and its moment about the centre of pressure are one force along three
+ * directions: x, y, and a turn about the normal times the radius of gyration of the springs. It is in two parts, of the area that sticks and of
+ * that which slips; each changes by its stiffness up to its limit. So friction that slips goes on as it is while the slip goes on, and takes
+ * up the motion as one that sticks where the slip would turn round within the step. */
 enum { ALONG = 3, NORMAL = 3, DIRECTIONS = 4, PARTS = 2 };
 
 typedef struct {
@@ -110,9 +110,8 @@ static void read_law(step_law* law, const coupled_contact* c, mjtNum h) {
   friction[0] = r->tangential_friction_x_n;
   friction[1] = r->tangential_friction_y_n;
   friction[2] = (law->all[5] - moment[2]) / mju_max(radius, mjMINVAL);
-  /* Where all slips, the friction is its limit, with whatever part of it is a moment. */
-  mjtNum size = mju_norm3(friction), used = 1 - r->slip_margin;
-  mjtNum limit = used > 0.1 ? size / used : mju_max(size, r->friction_limit_n);
+  /* Where all slips, friction is its limit. On round bodies, and with a moment, that is less than the limit of the response. */
+  mjtNum size = mju_norm3(friction), limit = size + stuck * mju_max(0, r->friction_limit_n - size);
   const mjtNum parts[PARTS] = {stuck, 1 - stuck};
   mjtNum slips = mju_min(size, parts[1] * limit) / mju_max(size, mjMINVAL);
   for (int i = 0; i < PARTS; i++) {

@@ -60,6 +60,14 @@ def test_so_it_does_in_other_directions_and_grips(model_file, pull):
             slips_alike(pads=pads, grip_n=grip_n, mass=mass, model_file=model_file, integrator=integrator, pull=pull)
 
 
+def test_a_light_ball_slips_out_of_two_pads_as_a_heavy_one_does():
+    # One of 33 g has explicit forces.
+    scene = dict(pads=2, held="ball", grip_n=1.0, model_file=scenes.PAD_FILE)
+    heavy = pulled(mass=0.033, timestep=0.001, **scene)[0].max()
+    for mass, timestep in ((0.002, 0.001), (0.002, 0.004), (0.033, 0.004)):
+        assert pulled(mass=mass, timestep=timestep, **scene)[0].max() == pytest.approx(heavy, rel=0.025), (mass, timestep)
+
+
 @pytest.mark.parametrize("model_file, off", [(LEAP, 0.03), (scenes.MODEL_FILE, 0.01), (scenes.PAD_FILE, 0.01)], ids=["leap", "bed", "pad"])
 def test_a_card_that_is_turned_out_of_two_pads_has_the_same_moment_at_every_step(model_file, off):
     # It turns by 0.75 rad/s about the pads, which slip.
