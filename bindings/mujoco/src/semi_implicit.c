@@ -109,9 +109,11 @@ static void read_law(step_law* law, const coupled_contact* c, mjtNum h) {
   mju_cross(moment, arm, law->all);
   friction[0] = r->tangential_friction_x_n;
   friction[1] = r->tangential_friction_y_n;
-  friction[2] = (law->all[5] - moment[2]) / mju_max(radius, mjMINVAL);
-  /* Where all slips, friction is its limit. On round bodies, and with a moment, that is less than the limit of the response. */
-  mjtNum size = mju_norm3(friction), limit = size + stuck * mju_max(0, r->friction_limit_n - size);
+  /* With the moment friction is no larger than the limit that it has alone. */
+  mjtNum along = mju_norm(friction, 2), alone = mju_max(along, r->friction_limit_n), room = sqrt(alone * alone - along * along);
+  friction[2] = mju_clip((law->all[5] - moment[2]) / mju_max(radius, mjMINVAL), -room, room);
+  /* Where all slips, friction is its limit: on round bodies that is less than the limit of the response. */
+  mjtNum size = mju_norm3(friction), limit = size + stuck * (alone - size);
   const mjtNum parts[PARTS] = {stuck, 1 - stuck};
   mjtNum slips = mju_min(size, parts[1] * limit) / mju_max(size, mjMINVAL);
   for (int i = 0; i < PARTS; i++) {
