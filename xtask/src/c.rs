@@ -243,6 +243,12 @@ fn page(release: &Path, folder: &Path) -> Result<()> {
         let says = output(&mut command(folder, &format!("./{program}")))?;
         ensure!(says.contains("slip"), "{program} does not report slip: {says}");
     }
+    let pad = &page[page.find("## A pad").with_context(|| format!("{PAGE} has no pad"))?..];
+    fs::write(folder.join("pad.c"), block(pad, "```c\n").context("the pad has no program")?)?;
+    fs::copy(root().join(PAD), folder.join("fingertip-pad.fpm"))?;
+    sh(folder, &format!("gcc -std=c99 {STRICT} -Wno-conversion -I release/include pad.c {library} -lm -o pad"))?;
+    let says = output(&mut command(folder, "./pad"))?;
+    ensure!(block(pad, "```text\n").is_some_and(|text| text.trim() == says.trim()), "the pad's program prints {says}");
     let strict = "-std=c++20 -Wall -Wextra -Werror -fno-exceptions -fno-rtti";
     sh(folder, &format!("g++ {strict} -I release/include -c mine.cpp -o mine_cpp.o"))?;
     let imported = output(&mut command(folder, "nm --undefined-only --format=just-symbols mine_cpp.o"))?;

@@ -174,6 +174,34 @@ def pulled_card(timestep=0.001, **attributes):
     return scene.replace("<actuator>", '<actuator><position name="pull" joint="object" kp="500" dampratio="1"/>')
 
 
+def pulled_by_string(pads=4, held="card", mass=0.005, timestep=0.004, integrator="implicitfast", pull=(0, 0, -1), at=(0, 0, 0), **attributes):
+    """A card of 0.8 mm, or a ball, without gravity between a thumb, `finger0`, and the other pads, on fingers that are as heavy as rotors make them and give way
+    along the card. Motors `finger0` and so on, N. A string of 300 N/m from the place ``at`` along ``pull`` ends at the mocap body `hook`, 0.1 m off."""
+    (half, _, geom), names, bodies = OBJECTS[held], [f"finger{k}" for k in range(pads)], ""
+    for k, name in enumerate(names):
+        sign, y = (-1, 0.0) if k == 0 else (1, 0.022 * (k - pads / 2))
+        gives = "".join(f'<joint type="slide" axis="{axis}" armature="0.14" stiffness="1000" damping="3"/>' for axis in ("0 0 1", "0 1 0"))
+        bodies += (
+            f'<body name="{name}">{gives}<joint name="{name}" type="slide" axis="{-sign} 0 0" armature="0.14" damping="5"/>'
+            f'<geom size="0.005" pos="{sign * 0.03} {y} 0" mass="0.02" contype="0" conaffinity="0"/>'
+            f'<site name="{name}" pos="{sign * half} {y} 0" xyaxes="{-sign * 0.5} 0 0.8660254037844386 0 {-sign} 0"/></body>'
+        )
+    x, y, z = np.array(at) + 0.1 * np.array(pull)
+    return f"""<mujoco>
+  <option timestep="{timestep}" integrator="{integrator}" gravity="0 0 0"/>
+  {extension(*(instance(name, name, "object", **attributes) for name in names))}
+  <worldbody>
+    {bodies}
+    <body name="hook" mocap="true" pos="{x} {y} {z}"><site name="hook"/></body>
+    <body name="object"><freejoint name="object"/><site name="middle" pos="{at[0]} {at[1]} {at[2]}"/>
+      <geom name="object" {geom} euler="90 0 0" mass="{mass}" contype="0" conaffinity="0"/></body>
+  </worldbody>
+  <tendon><spatial name="string" stiffness="300" damping="2" springlength="0 0.1"><site site="middle"/><site site="hook"/></spatial></tendon>
+  <actuator>{"".join(f'<motor name="{name}" joint="{name}"/>' for name in names)}</actuator>
+  <sensor>{"".join(map(sensor, names))}</sensor>
+</mujoco>"""
+
+
 def fan(timestep=0.001, friction=0.2, **attributes):
     """Two cards between two pads, each touched by one finger; MuJoCo's own contact acts between the cards. The actuator `pull` moves the
     card at the right finger up, m."""

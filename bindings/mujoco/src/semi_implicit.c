@@ -10,44 +10,148 @@ static const mjtNum AHEAD = 1;
 static const mjtNum STILL[3] = {0, 0, 0};
 static const mjtNum MM_PER_M = 1000;
 
-/* The stiffness of a bed. Friction that slips has none; of one that slips in part the share of the area that sticks counts. */
+/* Where and how a contact carries force within a step. Friction and its moment about the centre of pressure are one force along three
+ * directions: x, y, and a turn about the normal times the radius of gyration of the springs. It is in two parts, of the area that sticks and of
+ * that which slips; each changes by its stiffness up to its limit. So friction that slips goes on as it is while the slip goes on, and takes
+ * up the motion as one that sticks where the slip would turn round within the step. */
+enum { ALONG = 3, NORMAL = 3, DIRECTIONS = 4, PARTS = 2 };
+
+typedef struct {
+  /* Its six velocities by the joints', and at the start of the step. */
+  mjtNum *jacobian, before[AXES];
+  /* Velocities along the directions by the six. */
+  mjtNum rows[DIRECTIONS * AXES];
+  /* Stiffness times the time step and damping, N s/m: of both parts, and along the normal. What else they are, of the six velocities. */
+  mjtNum across[PARTS], normal, rest[SQUARE];
+  /* Friction of both parts and its limits at the present normal force, N; that force; all six numbers of the wrench. */
+  mjtNum friction[PARTS][ALONG], limit[PARTS], pressure, all[AXES];
+  /* Normal force at the end of the step over the present one, by the last prediction. */
+  mjtNum share;
+} step_law;
+
+/* The stiffness of a bed, all of which sticks. */
 static void bed_stiffness(mjtNum stiffness[SQUARE], const coupled_contact* c) {
-  mjtNum root = sqrt(mju_max(0, c->now->felt.response.stick_ratio));
-  const mjtNum held[AXES] = {root, root, 1, 1, 1, root};
   for (int i = 0, at = 0; i < AXES; i++) {
-    for (int k = 0; k <= i; k++, at++) {
-      stiffness[AXES * i + k] = stiffness[AXES * k + i] = held[i] * held[k] * c->stiffness[at];
-    }
+    for (int k = 0; k <= i; k++, at++) stiffness[AXES * i + k] = stiffness[AXES * k + i] = c->stiffness[at];
   }
+}
+
+/* From the site to the centre of pressure, m along x, y and z of the contact. */
+static void to_centre(mjtNum arm[3], const coupled_contact* c) {
+  const fingerpad_response* r = &c->now->felt.response;
+  arm[0] = r->pressure_centre_x_mm / MM_PER_M;
+  arm[1] = r->pressure_centre_y_mm / MM_PER_M;
+  arm[2] = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
 }
 
 /* The stiffness of the patches of a pad that touch, with the bulk as it is, taken as a disk of springs about the centre of pressure. It
  * is larger than that of the pad, and it is the one that a small vibration meets: the bulk follows only beyond the tolerance of its
  * equilibrium. */
-static void pad_stiffness(mjtNum stiffness[SQUARE], const coupled_contact* c) {
-  const fingerpad_response* r = &c->now->felt.response;
-  mjtNum normal = c->s->patch_stiffness * r->contact_area_mm2, across = normal * r->stick_ratio;
+static void pad_stiffness(mjtNum stiffness[SQUARE], const coupled_contact* c, const mjtNum arm[3]) {
+  mjtNum area = c->now->felt.response.contact_area_mm2, spring = c->s->patch_stiffness * area;
   /* Mean square of the places along one axis of a disk, m². */
-  mjtNum square = r->contact_area_mm2 / (4 * mjPI * MM_PER_M * MM_PER_M);
-  mjtNum x = r->pressure_centre_x_mm / MM_PER_M, y = r->pressure_centre_y_mm / MM_PER_M, z = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
+  mjtNum square = area / (4 * mjPI * MM_PER_M * MM_PER_M);
+  mjtNum x = arm[0], y = arm[1], z = arm[2];
   /* Rows: velocity of the centre by shifts and turns of the site. */
   const mjtNum rows[3][AXES] = {{1, 0, 0, 0, z, -y}, {0, 1, 0, -z, 0, x}, {0, 0, 1, y, -x, 0}};
-  const mjtNum springs[3] = {across, across, normal};
   mju_zero(stiffness, SQUARE);
   for (int row = 0; row < 3; row++) {
-    for (int i = 0; i < AXES; i++) mju_addToScl(stiffness + AXES * i, rows[row], springs[row] * rows[row][i], AXES);
+    for (int i = 0; i < AXES; i++) mju_addToScl(stiffness + AXES * i, rows[row], spring * rows[row][i], AXES);
   }
-  stiffness[AXES * 3 + 3] += normal * square;
-  stiffness[AXES * 4 + 4] += normal * square;
-  stiffness[AXES * 5 + 5] += 2 * across * square;
+  stiffness[AXES * 3 + 3] += spring * square;
+  stiffness[AXES * 4 + 4] += spring * square;
+  stiffness[AXES * 5 + 5] += 2 * spring * square;
 }
 
-/* What the velocity at the end of a step takes from the force, times the time step: h C + AHEAD h² K; and AHEAD h K. */
-static void weights_of(mjtNum spring[SQUARE], mjtNum both[SQUARE], const coupled_contact* c, const mjtNum rest[AXES], mjtNum h) {
-  (c->s->is_pad ? pad_stiffness : bed_stiffness)(spring, c);
-  mju_scl(spring, spring, AHEAD * h, SQUARE);
-  damping_of(both, c->s, *c->now, &c->here, rest);
-  for (int i = 0; i < SQUARE; i++) both[i] = h * (both[i] + spring[i]);
+/* Splits stiffness and damping `whole` into the directions, along which motions of the centre of pressure meet them, and the rest. Returns
+ * the radius of gyration, m. */
+static mjtNum split(step_law* law, const mjtNum whole[SQUARE], const mjtNum arm[3]) {
+  mjtNum by[DIRECTIONS * AXES], along[DIRECTIONS * DIRECTIONS], factor[DIRECTIONS * DIRECTIONS];
+  /* Motions of the site that move the centre of pressure along x, along y, that turn about it, that move it along the normal. */
+  const mjtNum motions[DIRECTIONS * AXES] = {1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, arm[1], -arm[0], 0, 0, 0, 1, 0, 0, 1, 0, 0, 0};
+  mju_mulMatMat(by, motions, whole, DIRECTIONS, AXES, AXES);
+  mju_mulMatMatT(along, by, motions, DIRECTIONS, AXES, DIRECTIONS);
+  mju_copy(factor, along, DIRECTIONS * DIRECTIONS);
+  mju_cholFactor(factor, DIRECTIONS, mjMINVAL);
+  mju_copy(law->rest, whole, SQUARE);
+  for (int k = 0; k < AXES; k++) {
+    mjtNum column[DIRECTIONS];
+    for (int i = 0; i < DIRECTIONS; i++) column[i] = by[AXES * i + k];
+    mju_cholSolve(column, factor, column, DIRECTIONS);
+    for (int i = 0; i < DIRECTIONS; i++) {
+      law->rows[AXES * i + k] = column[i];
+      mju_addToScl(law->rest + AXES * k, by + AXES * i, -column[i], AXES);
+    }
+  }
+  law->normal = along[DIRECTIONS * NORMAL + NORMAL];
+  mjtNum across = mju_max(along[0], along[DIRECTIONS + 1]), radius = sqrt(along[2 * DIRECTIONS + 2] / mju_max(across, mjMINVAL));
+  for (int k = 0; k < AXES; k++) law->rows[AXES * 2 + k] *= radius;
+  law->across[0] = across;
+  return radius;
+}
+
+static void read_law(step_law* law, const coupled_contact* c, mjtNum h) {
+  const fingerpad_response* r = &c->now->felt.response;
+  mjtNum whole[SQUARE], damping[SQUARE], arm[3], moment[3], friction[ALONG];
+  wrench w;
+  contact_wrench(&w, c->now, c->s, &c->here, STILL, STILL);
+  wrench_numbers(law->all, &w);
+  to_centre(arm, c);
+  if (c->s->is_pad) {
+    pad_stiffness(whole, c, arm);
+  } else {
+    bed_stiffness(whole, c);
+  }
+  damping_of(damping, c->s, *c->now, &c->here, law->all);
+  mju_scl(whole, whole, AHEAD * h, SQUARE);
+  mju_addTo(whole, damping, SQUARE);
+  mjtNum radius = split(law, whole, arm), stuck = mju_clip(r->stick_ratio, 0, 1);
+  mju_cross(moment, arm, law->all);
+  friction[0] = r->tangential_friction_x_n;
+  friction[1] = r->tangential_friction_y_n;
+  /* With the moment friction is no larger than the limit that it has alone. */
+  mjtNum along = mju_norm(friction, 2), alone = mju_max(along, r->friction_limit_n), room = sqrt(alone * alone - along * along);
+  friction[2] = mju_clip((law->all[5] - moment[2]) / mju_max(radius, mjMINVAL), -room, room);
+  /* Where all slips, friction is its limit: on round bodies that is less than the limit of the response. */
+  mjtNum size = mju_norm3(friction), limit = size + stuck * (alone - size);
+  const mjtNum parts[PARTS] = {stuck, 1 - stuck};
+  mjtNum slips = mju_min(size, parts[1] * limit) / mju_max(size, mjMINVAL);
+  for (int i = 0; i < PARTS; i++) {
+    mju_scl3(law->friction[i], friction, i ? slips : 1 - slips);
+    law->limit[i] = parts[i] * limit;
+  }
+  law->across[1] = parts[1] * law->across[0];
+  law->across[0] *= parts[0];
+  law->pressure = r->normal_force_n;
+  law->share = 1;
+}
+
+/* The wrench at the velocities `after`; if asked for, its fall with them, a symmetric matrix; and the normal force before it is held at 0: a
+ * contact does not pull. */
+static void follow(mjtNum all[AXES], mjtNum fall[SQUARE], mjtNum* pressure, const step_law* law, const mjtNum after[AXES]) {
+  mjtNum along[DIRECTIONS], more[DIRECTIONS] = {0}, own[DIRECTIONS * DIRECTIONS] = {0}, room[DIRECTIONS * AXES];
+  mju_mulMatVec(along, law->rows, after, DIRECTIONS, AXES);
+  mju_mulMatVec(all, law->rest, after, AXES, AXES);
+  mju_sub(all, law->all, all, AXES);
+  for (int i = 0; i < PARTS; i++) {
+    mjtNum trial[ALONG], limit = law->share * law->limit[i], stiffness = law->across[i];
+    if (!(stiffness > 0)) continue;
+    mju_addScl3(trial, law->friction[i], along, -stiffness);
+    mjtNum size = mju_norm3(trial), kept = size > limit ? limit / size : 1;
+    for (int k = 0; k < ALONG; k++) {
+      more[k] += kept * trial[k] - law->friction[i][k];
+      own[DIRECTIONS * k + k] += kept * stiffness;
+      for (int j = 0; kept < 1 && j < ALONG; j++) own[DIRECTIONS * k + j] -= kept * stiffness * trial[k] * trial[j] / (size * size);
+    }
+  }
+  *pressure = law->pressure - law->normal * along[NORMAL];
+  more[NORMAL] = mju_max(0, *pressure) - law->pressure;
+  own[DIRECTIONS * NORMAL + NORMAL] = *pressure > 0 ? law->normal : 0;
+  for (int i = 0; i < DIRECTIONS; i++) mju_addToScl(all, law->rows + AXES * i, more[i], AXES);
+  if (!fall) return;
+  mju_mulMatMat(room, own, law->rows, DIRECTIONS, DIRECTIONS, AXES);
+  mju_mulMatTMat(fall, law->rows, room, DIRECTIONS, AXES, AXES);
+  mju_addTo(fall, law->rest, SQUARE);
 }
 
 /* Row `i` of the Jacobian of MuJoCo's constraints: itself, or `room` filled with it. */
@@ -84,21 +188,27 @@ static void add_constraints(mjtNum* system, const mjModel* m, mjData* d) {
   mj_freeStack(d);
 }
 
-/* The damping of joints and of actuators, where the integrator treats it implicitly. */
+/* Adds h c J' J of a force along one sparse row J with the damping h c. */
+static void add_row(mjtNum* mass, mjtNum damping, const mjtNum* row, const int* columns, int count, int nv) {
+  for (int k = 0; k < count; k++) {
+    for (int j = 0; j < count; j++) mass[columns[k] * nv + columns[j]] += damping * row[k] * row[j];
+  }
+}
+
+/* The damping of joints, tendons and actuators, where the integrator treats it implicitly. */
 static void add_damping(mjtNum* mass, const mjModel* m, mjData* d) {
   int nv = m->nv, euler = m->opt.integrator == mjINT_EULER, implicit = m->opt.integrator == mjINT_IMPLICIT || m->opt.integrator == mjINT_IMPLICITFAST;
   mjtNum h = m->opt.timestep;
   int joints = !(m->opt.disableflags & mjDSBL_DAMPER) && (implicit || (euler && !(m->opt.disableflags & mjDSBL_EULERDAMP)));
   for (int i = 0; joints && i < nv; i++) mass[i * nv + i] += h * m->dof_damping[i];
-  if (!implicit || (m->opt.disableflags & mjDSBL_ACTUATION)) return;
-  for (int i = 0; i < m->nu; i++) {
+  for (int i = 0; joints && implicit && i < m->ntendon; i++) {
+    int at = m->ten_J_rowadr[i];
+    add_row(mass, h * m->tendon_damping[i], d->ten_J + at, m->ten_J_colind + at, m->ten_J_rownnz[i], nv);
+  }
+  for (int i = 0; implicit && !(m->opt.disableflags & mjDSBL_ACTUATION) && i < m->nu; i++) {
     if (m->actuator_biastype[i] != mjBIAS_AFFINE) continue;
-    mjtNum damping = mju_max(0, -m->actuator_biasprm[mjNBIAS * i + 2]);
-    const int* columns = d->moment_colind + d->moment_rowadr[i];
-    const mjtNum* moment = d->actuator_moment + d->moment_rowadr[i];
-    for (int k = 0; k < d->moment_rownnz[i]; k++) {
-      for (int j = 0; j < d->moment_rownnz[i]; j++) mass[columns[k] * nv + columns[j]] += h * damping * moment[k] * moment[j];
-    }
+    int at = d->moment_rowadr[i];
+    add_row(mass, h * mju_max(0, -m->actuator_biasprm[mjNBIAS * i + 2]), d->actuator_moment + at, d->moment_colind + at, d->moment_rownnz[i], nv);
   }
 }
 
@@ -116,123 +226,168 @@ static void other_forces(mjtNum* force, const mjModel* m, mjData* d) {
   mj_freeStack(d);
 }
 
-/* The cost that MuJoCo's solver minimises, with `system` in place of the mass matrix, and its gradient. */
-static mjtNum cost_of(mjtNum* gradient, const mjtNum* system, const mjtNum* force, const mjtNum* a, const mjModel* m, mjData* d) {
-  int nv = m->nv;
-  mjtNum cost = 0;
-  mj_markStack(d);
-  mjtNum* off = mj_stackAllocNum(d, (size_t)d->nefc);
-  mj_mulJacVec(m, d, off, a);
-  mju_subFrom(off, d->efc_aref, d->nefc);
-  mj_constraintUpdate(m, d, off, &cost, m->opt.cone == mjCONE_ELLIPTIC);
-  mj_freeStack(d);
-  mju_mulMatVec(gradient, system, a, nv, nv);
-  cost += 0.5 * mju_dot(a, gradient, nv) - mju_dot(a, force, nv);
-  mju_subFrom(gradient, force, nv);
-  mju_subFrom(gradient, d->qfrc_constraint, nv);
-  return cost;
+/* All that the prediction is of. */
+typedef struct {
+  const mjModel* m;
+  mjData* d;
+  step_law* law;
+  int count;
+  /* Mass and what the integrator adds to it, and the forces of all but contacts and constraints. */
+  const mjtNum *mass, *force;
+} coupling;
+
+/* The velocities of a contact at the end of a step with the accelerations `a`. */
+static void velocity_after(mjtNum after[AXES], const coupling* all, const step_law* law, const mjtNum* a) {
+  mju_mulMatVec(after, law->jacobian, a, AXES, all->m->nv);
+  mju_addScl(after, law->before, after, all->m->opt.timestep, AXES);
 }
 
-/* The accelerations `a` that the forces and MuJoCo's own constraints will have together: the minimum of the cost, by Newton's method with steps
- * that are halved while they raise it. */
-static void accelerate(mjtNum* a, const mjtNum* system, const mjtNum* force, const mjModel* m, mjData* d) {
-  enum { ROUNDS = 20, HALVINGS = 12 };
-  const mjtNum small = 1e-10;
+/* The gradient of the cost that the accelerations minimise: that of MuJoCo's solver with the contacts. */
+static void gradient_of(mjtNum* gradient, const coupling* all, const mjtNum* a) {
+  const mjModel* m = all->m;
+  mjData* d = all->d;
   int nv = m->nv;
+  mju_mulMatVec(gradient, all->mass, a, nv, nv);
+  mju_subFrom(gradient, all->force, nv);
+  if (d->nefc) {
+    mj_markStack(d);
+    mjtNum* off = mj_stackAllocNum(d, (size_t)d->nefc);
+    mj_mulJacVec(m, d, off, a);
+    mju_subFrom(off, d->efc_aref, d->nefc);
+    mj_constraintUpdate(m, d, off, NULL, m->opt.cone == mjCONE_ELLIPTIC);
+    mj_freeStack(d);
+    mju_subFrom(gradient, d->qfrc_constraint, nv);
+  }
+  for (int i = 0; i < all->count; i++) {
+    const step_law* law = all->law + i;
+    mjtNum after[AXES], w[AXES], pressure;
+    velocity_after(after, all, law, a);
+    follow(w, NULL, &pressure, law, after);
+    for (int k = 0; k < AXES; k++) mju_addToScl(gradient, law->jacobian + k * nv, -w[k], nv);
+  }
+}
+
+/* The curvature of the cost where its gradient was taken last. */
+static void curvature_of(mjtNum* hessian, const coupling* all, const mjtNum* a) {
+  int nv = all->m->nv;
+  mju_copy(hessian, all->mass, nv * nv);
+  add_constraints(hessian, all->m, all->d);
+  for (int i = 0; i < all->count; i++) {
+    const step_law* law = all->law + i;
+    mjtNum after[AXES], w[AXES], fall[SQUARE], pressure;
+    velocity_after(after, all, law, a);
+    follow(w, fall, &pressure, law, after);
+    mju_scl(fall, fall, all->m->opt.timestep, SQUARE);
+    add_in_joints(hessian, law->jacobian, fall, all->d, nv);
+  }
+}
+
+/* How much of a step from `a` to take: where the cost falls no more along it, or the whole where it still falls there. `trial` is where that
+ * leads, with its gradient. */
+static void search(mjtNum* trial, mjtNum* gradient, const coupling* all, const mjtNum* a, const mjtNum* step, mjtNum slope) {
+  enum { TRIALS = 12 };
+  int nv = all->m->nv;
+  mjtNum from = 0, to = 1, share = 1, left = slope, right = 0;
+  for (int i = 0; i < TRIALS; i++) {
+    mju_addScl(trial, a, step, -share, nv);
+    gradient_of(gradient, all, trial);
+    mjtNum here = -mju_dot(gradient, step, nv);
+    if (mju_abs(here) <= -0.1 * slope || (here < 0 && share == 1)) return;
+    if (here < 0) {
+      from = share;
+      left = here;
+    } else {
+      to = share;
+      right = here;
+    }
+    share = from + (to - from) * mju_clip(left / (left - right), 0.1, 0.9);
+  }
+}
+
+/* Brings the accelerations `a` to the minimum of the cost, by Newton's method. */
+static void minimise(mjtNum* a, const coupling* all) {
+  enum { ROUNDS = 30 };
+  const mjtNum small = 1e-10;
+  int nv = all->m->nv;
+  mjData* d = all->d;
   mj_markStack(d);
   mjtNum *hessian = mj_stackAllocNum(d, (size_t)(nv * nv)), *gradient = mj_stackAllocNum(d, (size_t)(3 * nv));
   mjtNum *step = gradient + nv, *trial = step + nv;
-  mju_copy(hessian, system, nv * nv);
-  mju_cholFactor(hessian, nv, mjMINVAL);
-  mju_cholSolve(a, hessian, force, nv);
-  if (d->nefc) mj_referenceConstraint(m, d);
-  for (int round = 0; d->nefc && round < ROUNDS; round++) {
-    mjtNum cost = cost_of(gradient, system, force, a, m, d), share = -1;
-    if (mju_norm(gradient, nv) <= small * mju_norm(force, nv)) break;
-    mju_copy(hessian, system, nv * nv);
-    add_constraints(hessian, m, d);
+  gradient_of(gradient, all, a);
+  for (int round = 0; round < ROUNDS && mju_norm(gradient, nv) > small * mju_norm(all->force, nv); round++) {
+    curvature_of(hessian, all, a);
     mju_cholFactor(hessian, nv, mjMINVAL);
     mju_cholSolve(step, hessian, gradient, nv);
-    for (int i = 0; i < HALVINGS; i++, share /= 2) {
-      mju_addScl(trial, a, step, share, nv);
-      if (cost_of(gradient, system, force, trial, m, d) <= cost) break;
-    }
+    search(trial, gradient, all, a, step, -mju_dot(gradient, step, nv));
     mju_copy(a, trial, nv);
   }
   mj_freeStack(d);
 }
 
-/* The wrench at the velocity at the end of the step. A contact that would pull has none. Friction is at most what the normal force
- * at the end of the step allows; the excess is taken away at the centre of pressure. */
-static void wrench_ahead(wrench* w, const coupled_contact* c, const mjtNum spring[SQUARE], const mjtNum after[AXES]) {
-  const fingerpad_response* r = &c->now->felt.response;
-  mjtNum more[AXES], before[AXES], all[AXES], moment[3];
-  mjtNum *damping = c->now->damping;
-  contact_wrench(w, c->now, c->s, &c->here, after + 3, after);
-  wrench_numbers(before, w);
-  mju_mulMatVec(more, spring, after, AXES, AXES);
-  mju_sub(all, before, more, AXES);
-  if (all[2] <= 0) {
-    mju_zero(all, AXES);
-  } else if (r->normal_force_n > 0) {
-    /* On a round body the force across has pressure in it, and may be larger than the limit of friction. */
-    mjtNum own = sqrt(r->friction_x_n * r->friction_x_n + r->friction_y_n * r->friction_y_n);
-    mjtNum most = mju_max(own, r->friction_limit_n) * all[2] / r->normal_force_n, size = mju_norm(all, 2);
-    const mjtNum z = c->here.touch[2] + c->now->felt.depth_mm / MM_PER_M;
-    const mjtNum arm[3] = {r->pressure_centre_x_mm / MM_PER_M, r->pressure_centre_y_mm / MM_PER_M, z};
-    mjtNum beyond[3] = {0, 0, 0};
-    if (size > most) mju_scl(beyond, all, most / size - 1, 2);
-    mju_cross(moment, arm, beyond);
-    mju_addTo3(all, beyond);
-    mju_addTo3(all + 3, moment);
+/* Takes the normal forces at the end of the step into the limits of friction. Returns the largest change of a share. */
+static mjtNum update_shares(const coupling* all, const mjtNum* a) {
+  mjtNum most = 0;
+  for (int i = 0; i < all->count; i++) {
+    step_law* law = all->law + i;
+    mjtNum after[AXES], w[AXES], pressure;
+    velocity_after(after, all, law, a);
+    follow(w, NULL, &pressure, law, after);
+    mjtNum share = law->pressure > 0 ? mju_max(0, pressure) / law->pressure : 1;
+    most = mju_max(most, mju_abs(share - law->share));
+    law->share = share;
   }
-  mju_copy3(w->force, all);
-  mju_copy3(w->moment, all + 3);
-  mju_sub(more, all, before, AXES);
-  mju_addTo3(damping, more);
-  damping[3] += MM_PER_M * more[5];
+  return most;
 }
 
-/* With the forces  w(u') = w(0) − (C + AHEAD h K) u'  at the velocities  u' = u + h J a  of the contacts at the end of the step, the
- * accelerations a minimise MuJoCo's cost of
+/* The wrench at the velocity at the end of the step, none of a contact that would pull; what differs from that at rest counts to the dampers. */
+static void wrench_ahead(wrench* w, const coupled_contact* c, const step_law* law, const mjtNum after[AXES]) {
+  mjtNum all[AXES], more[AXES], moment[3], pressure, *damping = c->now->damping;
+  follow(all, NULL, &pressure, law, after);
+  if (pressure <= 0) mju_zero(all, AXES);
+  mju_copy3(w->force, all);
+  mju_copy3(w->moment, all + 3);
+  mju_sub(more, all, law->all, AXES);
+  mju_copy3(damping, more);
+  mju_cross(moment, c->here.touch, more);
+  damping[3] = MM_PER_M * (more[5] - moment[2]);
+}
+
+/* The accelerations a of the end of the step minimise the cost of
  *
- *   (M + sum J' (h C + AHEAD h² K) J) a = sum J' (w(0) − (C + AHEAD h K) u) + all other forces + forces of MuJoCo's constraints */
+ *   M a = sum J' w(u + h J a) + all other forces + forces of MuJoCo's constraints
+ *
+ * with the wrenches w of the contacts at their velocities at the end of the step; their limits of friction follow their normal forces. */
 void apply_coupled(const mjModel* m, mjData* d, coupled_contact* contacts, int count) {
+  enum { ROUNDS = 6 };
+  const mjtNum close = 1e-3;
   int nv = m->nv;
-  mjtNum h = m->opt.timestep;
   mj_markStack(d);
-  mjtNum* system = mj_stackAllocNum(d, (size_t)(nv * nv));
-  mjtNum* force = mj_stackAllocNum(d, (size_t)nv);
-  mjtNum* ahead = mj_stackAllocNum(d, (size_t)nv);
+  mjtNum* mass = mj_stackAllocNum(d, (size_t)(nv * nv));
+  mjtNum *force = mj_stackAllocNum(d, (size_t)(2 * nv)), *a = force + nv;
   mjtNum* jacobians = mj_stackAllocNum(d, (size_t)(count * AXES * nv));
-  mjtNum* springs = mj_stackAllocNum(d, (size_t)(count * SQUARE));
-  mj_fullM(m, d, system);
-  add_damping(system, m, d);
+  step_law* law = mj_stackAllocByte(d, (size_t)count * sizeof(step_law), _Alignof(step_law));
+  const coupling all = {m, d, law, count, mass, force};
+  mj_fullM(m, d, mass);
+  add_damping(mass, m, d);
   other_forces(force, m, d);
   for (int i = 0; i < count; i++) {
-    coupled_contact* c = contacts + i;
-    mjtNum *jacobian = jacobians + i * AXES * nv, rest[AXES], both[SQUARE], before[AXES], lost[AXES];
-    wrench w;
-    relative_jacobian(jacobian, m, d, c->s->site, c->geom, &c->here);
-    mju_mulMatVec(before, jacobian, d->qvel, AXES, nv);
-    contact_wrench(&w, c->now, c->s, &c->here, STILL, STILL);
-    wrench_numbers(rest, &w);
-    weights_of(springs + i * SQUARE, both, c, rest, h);
-    mju_mulMatVec(lost, both, before, AXES, AXES);
-    mju_addToScl(rest, lost, -1 / h, AXES);
-    for (int k = 0; k < AXES; k++) mju_addToScl(force, jacobian + k * nv, rest[k], nv);
-    add_in_joints(system, jacobian, both, d, nv);
+    law[i].jacobian = jacobians + i * AXES * nv;
+    relative_jacobian(law[i].jacobian, m, d, contacts[i].s->site, contacts[i].geom, &contacts[i].here);
+    mju_mulMatVec(law[i].before, law[i].jacobian, d->qvel, AXES, nv);
+    read_law(law + i, contacts + i, m->opt.timestep);
   }
-  accelerate(ahead, system, force, m, d);
-  mju_scl(ahead, ahead, h, nv);
-  mju_addTo(ahead, d->qvel, nv);
+  if (d->nefc) mj_referenceConstraint(m, d);
+  mju_zero(a, nv);
+  for (int round = 0; round < ROUNDS; round++) {
+    minimise(a, &all);
+    if (update_shares(&all, a) < close) break;
+  }
   for (int i = 0; i < count; i++) {
-    coupled_contact* c = contacts + i;
     mjtNum after[AXES];
     wrench w;
-    mju_mulMatVec(after, jacobians + i * AXES * nv, ahead, AXES, nv);
-    wrench_ahead(&w, c, springs + i * SQUARE, after);
-    wrench_apply(&w, c->s, &c->here, m, d, c->geom);
+    velocity_after(after, &all, law + i, a);
+    wrench_ahead(&w, contacts + i, law + i, after);
+    wrench_apply(&w, contacts[i].s, &contacts[i].here, m, d, contacts[i].geom);
   }
   mj_freeStack(d);
 }

@@ -29,6 +29,14 @@ def first_of(value, *others):
     return [value, *nightly]
 
 
+def within_limit(data, names):
+    """Checks that the semi-implicit friction of each finger is within the limit of its normal force."""
+    for pad in (fingerpad_mujoco.read(data, name)[0] for name in names):
+        friction = np.hypot(pad["friction_x_n"] + pad["damping_x_n"], pad["friction_y_n"] + pad["damping_y_n"])
+        share = (pad["normal_force_n"] + pad["damping_normal_n"]) / max(pad["normal_force_n"], 1e-9)
+        assert not pad["semi_implicit"] or friction <= 1.001 * share * pad["friction_limit_n"] + 1e-6, pad
+
+
 def scene(geom="box", radius=HALF, **attributes):
     """A free finger, its site at its origin, and a free object, a box of half the size HALF, a round one of `radius`,
     or a mesh of one of these; `plane` is fixed to the world."""

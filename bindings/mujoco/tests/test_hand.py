@@ -7,6 +7,9 @@ import pytest
 
 pytestmark = pytest.mark.skipif("MENAGERIE_ROOT" not in os.environ, reason="no folder of mujoco_menagerie in MENAGERIE_ROOT")
 
+#: Pulls, N, at which the objects slip at 1 ms.
+PULLS_N = {"block": 4.86, "bottle": 4.08, "pen": 4.04, "card": 6.31}
+
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
@@ -14,11 +17,11 @@ pytestmark = pytest.mark.skipif("MENAGERIE_ROOT" not in os.environ, reason="no f
 def test_a_hand_lifts_an_object_and_lets_it_slip(name, timestep):
     seen = hand.run(name, hand.Margin(), timestep)
     # Two seconds of closing, lifting and holding: the margin stays. Then a string pulls until the object is lost.
-    assert min(seen["margin"][: round(0.8 / timestep)]) > 0.2 and seen["lost"] and seen["pull_n"] > 3, seen
+    assert min(seen["margin"][: round(0.8 / timestep)]) > 0.2 and seen["lost"], seen
     assert seen["is_finite"] and seen["warnings"] == 0 and seen["speed_m_s"] < 0.5, seen
-    # Whatever slips has a small margin, but for the pen at 4 ms: 0.12 to 0.36 were seen while it turned in the fingers; why is not known.
-    most = 0.4 if (name, timestep) == ("pen", 0.004) else 0.1
-    assert 0 <= seen["margin_at_slip"] <= most, seen
+    # Whatever slips has a small margin.
+    assert 0 <= seen["margin_at_slip"] <= 0.1, seen
+    assert seen["pull_n"] == pytest.approx(PULLS_N[name], rel=0.1), seen
 
 
 @pytest.mark.nightly

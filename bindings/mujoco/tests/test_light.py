@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 import scenes
-from paths import first_of
+from paths import within_limit
 from reference import PadFinger
 
 import fingerpad_mujoco
@@ -25,10 +25,7 @@ def fastest(mass, timestep, grip_n, **option):
         data.ctrl[0] = 0.06 * np.clip(data.time - 0.8, 0, 1)
         mujoco.mj_step(model, data)
         speed = max(speed, np.abs(data.body("object").cvel[3:]).max())
-        for pad in (fingerpad_mujoco.read(data, side)[0] for side in ("left", "right")):
-            friction = np.hypot(pad["friction_x_n"] + pad["damping_x_n"], pad["friction_y_n"] + pad["damping_y_n"])
-            share = (pad["normal_force_n"] + pad["damping_normal_n"]) / max(pad["normal_force_n"], 1e-9)
-            assert not pad["semi_implicit"] or friction <= 1.001 * share * pad["friction_limit_n"] + 1e-6, pad
+        within_limit(data, ("left", "right"))
     return speed, 1e3 * (data.body("object").xpos[2] - data.body("hand").xpos[2])
 
 
@@ -109,7 +106,7 @@ def gains_little(seeds, timestep):
 
 
 def test_random_scenes_make_no_energy():
-    gains_little((0, 3, 4, 6, 8, 28), 0.004)
+    gains_little((0, 3, 4, 6, 8, 28, 66), 0.004)
 
 
 @pytest.mark.nightly

@@ -17,6 +17,12 @@ async function bytesOf(name) {
   return new Uint8Array(await readFile(url));
 }
 
+/** An object that has to be given. */
+function given(name, value) {
+  if (typeof value !== "object" || value === null) throw new TypeError(`${name} is needed, an object, where ${value} is given`);
+  return value;
+}
+
 /** A number that an argument names, within its range. */
 function within(name, value, low, high) {
   if (!(typeof value === "number" && value >= low && value <= high)) {
@@ -95,11 +101,12 @@ export class Finger {
   }
 
   /** Advances the contact by one step; a number that is not finite leaves its axis where it was and is flagged in `status`. */
-  step({ depth_mm, slide_x_mm = 0, slide_y_mm = 0, spin_rad = 0, dt_s = 1e-3, pitch_deg = this.#pose[0], roll_deg = this.#pose[1], hydration_au = 35, temperature_c = 32, speed_mm_s = 2 }) {
+  step(motion) {
+    const { depth_mm, slide_x_mm = 0, slide_y_mm = 0, spin_rad = 0, dt_s = 1e-3, pitch_deg = this.#pose[0], roll_deg = this.#pose[1], hydration_au = 35, temperature_c = 32, speed_mm_s = 2 } = given("step: a motion", motion);
     this.#pose = [pitch_deg, roll_deg];
-    const motion = [depth_mm, slide_x_mm, slide_y_mm, spin_rad, dt_s, pitch_deg, roll_deg, hydration_au, temperature_c, speed_mm_s];
-    if (motion.some((number) => typeof number !== "number")) throw new TypeError("step: every part of a motion is a number; depth_mm must be given");
-    this.#model.motions.set(motion.slice(0, MOTION));
+    const numbers = [depth_mm, slide_x_mm, slide_y_mm, spin_rad, dt_s, pitch_deg, roll_deg, hydration_au, temperature_c, speed_mm_s];
+    if (numbers.some((number) => typeof number !== "number")) throw new TypeError("step: every part of a motion is a number; depth_mm must be given");
+    this.#model.motions.set(numbers.slice(0, MOTION));
     this.#model.run(1);
     return named(this.#model.response(0));
   }
@@ -178,7 +185,8 @@ export class FrameContact {
   }
 
   /** Advances the contact to a pose of the body; one that is not finite or not of unit length is not taken and flagged in `status`. */
-  step({ position_mm, quaternion_wxyz, dt_s = 1e-3, strength_factor = NaN }) {
+  step(placement) {
+    const { position_mm, quaternion_wxyz, dt_s = 1e-3, strength_factor = NaN } = given("step: a placement", placement);
     this.#pose.set([...numbersOf("position_mm", position_mm, 3), ...numbersOf("quaternion_wxyz", quaternion_wxyz, 4)]);
     const [dt, strength] = [...numbersOf("dt_s", [dt_s], 1), ...numbersOf("strength_factor", [strength_factor], 1)];
     this.#model.wasm.step_frame(dt, strength);

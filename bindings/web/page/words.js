@@ -11,7 +11,9 @@ const REGIMES = [
 
 const FLAGS = [[2, "a motion was not a number"], [8, "deeper than the pad was fitted for"], [16, "a step beyond 64 mm was cut"], [128, "the contact was reset"], [256, "an effect is at the end of its range"], [512, "a pose beyond the range of the pad: the nearest one"], [1024, "no equilibrium in a step: the motion is too fast"], [2048, "a body sharper than the patches: the least radius"]];
 
-export const verdict = (r) => REGIMES[r.regime];
+const ALMOST = ["It sticks", "Almost all of the contact holds on. Push, and it stretches like rubber; let go, and it comes back."];
+
+export const verdict = (r) => (r.regime === 1 && r.stick_ratio < 1 ? ALMOST : REGIMES[r.regime]);
 
 export const remarks = (r) => FLAGS.filter(([flag]) => r.status & flag).map(([, words]) => words).join("; ");
 

@@ -9,6 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
+import { verdict } from "../page/words.js";
 import { PACKAGE, WEB } from "./folder.js";
 import { nativeSteps, path } from "./native.js";
 
@@ -160,6 +161,9 @@ test("bad arguments are named with their value and range", async () => {
   refuses({ body: { kind: "edge", radius_mm: 2, angle_deg: 180 } }, "body.angle_deg: 180");
   refuses({ pitch_deg: 85 }, "pitch_deg: 85");
   assert.throws(() => finger.step({}), /depth_mm must be given/);
+  for (const nothing of [null, undefined, 3]) {
+    assert.throws(() => finger.step(nothing), { name: "TypeError", message: `step: a motion is needed, an object, where ${nothing} is given` });
+  }
   const { FrameContact } = await load();
   const contact = await FrameContact.create({ shape: { kind: "cuboid", half_mm: [15, 15, 15], edge_radius_mm: 2 } });
   for (const [shape, text] of [
@@ -171,6 +175,7 @@ test("bad arguments are named with their value and range", async () => {
     [{ kind: "edge", radius_mm: 3, angle_deg: 180 }, "shape.angle_deg: 180 is not a number from 1 to 179"],
   ]) assert.throws(() => contact.begin(shape), (error) => error.message.includes(text));
   const pose = { position_mm: [0, 0, -14], quaternion_wxyz: [1, 0, 0, 0] };
+  assert.throws(() => contact.step(null), /step: a placement is needed, an object, where null is given/);
   assert.throws(() => contact.step({ ...pose, position_mm: [0, 0] }), /position_mm: 0,0 where 3 numbers are needed/);
   assert.throws(() => contact.step({ ...pose, strength_factor: "1" }), /strength_factor: 1 where 1 numbers are needed/);
   assert.ok(contact.step({ ...pose, quaternion_wxyz: [2, 0, 0, 0] }).status !== 0);
@@ -209,4 +214,10 @@ test("the names of numbers out of range are those of the core, in its order", ()
   const names = readFileSync(join(WEB, "page/model.js"), "utf8").match(/const FIELDS = "([^"]+)"/)[1].split(" ");
   assert.ok(variants.length > 40);
   assert.deepEqual(names, variants);
+});
+
+test("the page says that all of a contact holds only where all of it does", () => {
+  const plain = (stick_ratio) => verdict({ regime: 1, stick_ratio })[1];
+  assert.match(plain(1), /^All of the contact/);
+  assert.match(plain(0.999), /^Almost all of the contact/);
 });
