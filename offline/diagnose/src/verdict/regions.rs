@@ -5,7 +5,7 @@
 use crate::data::runs::RunSet;
 use crate::laws::{Column, LawsFile, Row};
 use crate::schema::{Region, Verdict};
-use crate::verdict::evidence::FULL_SLIP_MM;
+use crate::verdict::driver_plot::FULL_SLIP_MM;
 use crate::verdict::selected::Selected;
 
 /// Where simulation and measurement disagree.

@@ -6,13 +6,13 @@ use super::{repeated, words};
 use crate::Picture;
 use crate::html::{captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{Diagnosis, EffectFound};
+use fingerpad_diagnose::{Diagnosis, DriverPlot, EffectFound};
 
-/// The page as one file.
-pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
-    let title = words::title(report);
+/// The page as one file; pictures of drivers come first, in the order of `drivers`.
+pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) -> String {
+    let headline = words::headline(report);
     let files: Vec<String> = report.input.iter().map(words::input).collect();
-    let (first, rest) = pictures.split_at(pictures.len().min(1));
+    let (first, rest) = pictures.split_at(drivers.len().min(pictures.len()));
     let cautions = words::cautions(report);
     // One red line, and only if the result may be due to a mistake in the files.
     let red = cautions.first().filter(|(kind, _)| *kind == "warning");
@@ -20,32 +20,54 @@ pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
     let main = html! {
         main.diagnosis {
             header {
-                h1 { (title) }
                 p.meta {
                     (files.join(" · ")) " · baseline " (report.baseline.model) " · seed " (report.seed)
                     " · fingerpad " (report.version)
                 }
+                h1 { (prose(&headline)) }
             }
-            p.number { (prose(&words::number(report))) }
-            p.verdict { (prose(&words::verdict(report))) }
-            p.meta { (prose(&words::confidence(report))) }
-            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
-            @for sentence in repeated::sentences(report) { p.meta { (sentence) } }
+            p.verdict { (prose(&words::details(report))) }
             @if let Some((_, caution)) = red { p.warning { (prose(caution)) } }
-            (figures(1, first))
-            (effects(report))
+            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
+            p.meta {
+                (prose(&words::confidence(report)))
+                @for sentence in repeated::sentences(report) { " " (prose(&sentence)) }
+            }
+            @for e in &report.effects {
+                @let place = drivers.iter().position(|d| d.law == e.law).filter(|i| *i < first.len());
+                section.pair {
+                    @if let Some(i) = place { (figures(i + 1, &first[i..=i])) }
+                    div { (effect(report, e)) }
+                }
+            }
+            (in_pairs(first.len() + 1, rest))
             @if !notes.is_empty() {
                 h2 { "Notes on the files" }
                 ul { @for (_, note) in notes { li { (prose(note)) } } }
             }
-            section { (figures(2, rest)) }
             (next(report))
-            section.tables { (regions(report)) (noise(report)) }
+            section.pair { div { (regions(report)) } div { (noise(report)) } }
             @if let Some(found) = &report.power { section.tables { (repeated::power_table(found)) } }
             footer { (basis()) }
         }
     };
-    document(&format!("fingerpad diagnose: {title}"), main)
+    document(&format!("fingerpad diagnose: {headline}"), main)
+}
+
+/// Figures numbered from `first` on: those that need the whole width below each other, others side by side where the page is wide.
+fn in_pairs(first: usize, pictures: &[Picture]) -> Markup {
+    let is_wide = |p: &Picture| matches!(p.name.as_str(), "map_before" | "map_after" | "traces");
+    let mut at = first;
+    let mut groups = Vec::new();
+    for group in pictures.chunk_by(|a, b| !is_wide(a) && !is_wide(b)) {
+        groups.push((at, group));
+        at += group.len();
+    }
+    html! {
+        @for (first, group) in groups {
+            @if group.iter().any(is_wide) { (figures(first, group)) } @else { section.pair { (figures(first, group)) } }
+        }
+    }
 }
 
 /// How a diagnosis decides.
@@ -73,36 +95,43 @@ fn basis() -> Markup {
 
 /// The page of a diagnosis that has sentences instead of figures.
 pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -> String {
+    let files: Vec<String> = report.input.iter().map(words::input).collect();
+    let headline = words::headline(report);
     let main = html! {
-        main {
-            h1 { "Verdict: " (words::word(report)) }
+        main.diagnosis {
+            header { p.meta { (files.join(" · ")) " · fingerpad " (report.version) } h1 { (prose(&headline)) } }
             @for (_, caution) in words::cautions(report) { p.warning { (prose(&caution)) } }
-            @for sentence in sentences { p { (prose(sentence)) } }
-            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
-            (effects(report))
-            (figures(1, pictures))
+            section.pair {
+                (figures(1, pictures))
+                div {
+                    @for sentence in sentences { p { (prose(sentence)) } }
+                    @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
+                    @for e in &report.effects { (effect(report, e)) }
+                }
+            }
             (next(report))
         }
     };
-    document("fingerpad diagnose", main)
+    document(&format!("fingerpad diagnose: {headline}"), main)
 }
 
-fn effects(report: &Diagnosis) -> Markup {
+/// An effect: its formula, then with the fitted numbers, their intervals, and its evidence.
+fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
     html! {
-        @for e in &report.effects {
-            h2 { (words::plain(&e.law)) " " span.meta { "(" (words::plain(&e.family)) ")" } }
-            @if let Some(own) = &e.own {
-                p.formula { "A law of your own: " code { (words::formula(own)) } }
-            }
-            div.side { (parameters(e)) (candidates(e)) }
-            p.meta {
-                "gain " (fixed(e.gain_2ll, 1)) " in 2 log likelihood (" (fixed(e.lambda_detect, 1))
-                " expected under this protocol); p = " (format!("{:.1e}", e.p)) " decides: " (format!("{:.1e}", e.p_model))
-                " by the model over all laws and shapes"
-                // Without runs there is nothing to be flipped.
-                @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
-                @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
-            }
+        h2 { (words::plain(&e.law)) " " span.meta { "(" (words::plain(&e.family)) ")" } }
+        @if !e.formula.is_empty() {
+            p.formula { @if e.own.is_some() { "A law of your own: " } code { (e.formula) } }
+            p.formula { "Fitted: " code { (words::fitted(e)) } }
+        }
+        (parameters(e))
+        @if e.candidates.len() > 1 { (candidates(e)) }
+        p.meta {
+            "gain " (significant(e.gain_2ll, 3)) " in 2 log likelihood (" (significant(e.lambda_detect, 3))
+            " expected under this protocol); p = " (significant(e.p, 2)) " decides: " (significant(e.p_model, 2))
+            " by the model over all laws and shapes"
+            // Without runs there is nothing to be flipped.
+            @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
+            @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
         }
     }
 }
@@ -136,7 +165,7 @@ fn candidates(effect: &EffectFound) -> Markup {
 fn next(report: &Diagnosis) -> Markup {
     let Some(plan) = &report.next_experiment else { return html! {} };
     let own = super::own_columns(plan);
-    let number = |v: Option<f64>| cell(v.map_or_else(String::new, |v| v.to_string()));
+    let number = |v: Option<f64>| cell(v.map_or_else(String::new, |v| significant(v, 3)));
     let flag = |v: Option<bool>| cell(v.map_or("", |v| if v { "yes" } else { "no" }));
     let strokes = html! {
         @for (i, r) in plan.runs.iter().enumerate() {
@@ -174,18 +203,19 @@ fn next(report: &Diagnosis) -> Markup {
 
 fn regions(report: &Diagnosis) -> Markup {
     let heads = html! {
-        th.name { "column" } th { "from" } th { "to" } th.name { "unit" } th.name { "channel" } th { "mean, %" }
-        th { "z over runs" } th { "runs" } th.name { "calibrated there" }
+        th.name { "column" } th.name { "part" } th.name { "force" } th { "mean, %" } th { "z over runs" } th { "runs" }
+        th.name { "calibrated" }
     };
     let rows = html! {
         @for r in &report.disagreement.regions {
             tr {
-                td { (r.column) } (cell(significant(r.from, 3))) (cell(significant(r.to, 3))) td { (r.unit) }
+                td { (words::axis(&r.column, "")) }
+                td { (significant(r.from, 3)) " to " (significant(r.to, 3)) " " (r.unit) }
                 td { (r.channel) } (cell(fixed(100.0 * r.mean_relative, 1))) (cell(fixed(r.z, 1))) (cell(r.runs))
                 td { (if r.outside_calibration { "no" } else { "yes" }) }
             }
         }
-        @if report.disagreement.regions.is_empty() { tr { td colspan="9" { "none" } } }
+        @if report.disagreement.regions.is_empty() { tr { td colspan="7" { "none" } } }
     };
     html! { h2 { "Regions with large residuals without the effect" } (table(heads, rows)) }
 }

@@ -3,7 +3,7 @@
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::{
     COLUMNS, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation,
-    FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict, Witness,
+    FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawsFile, Region, Verdict, Witness,
 };
 
 /// A law's or a family's name in running text.
@@ -70,17 +70,23 @@ fn size(effect: &EffectFound) -> String {
     )
 }
 
-/// The change of the model by a law of a user's file, with its formula.
-pub fn formula(own: &OwnFormula) -> String {
-    let OwnFormula { acts_on, formula } = own;
-    match acts_on.as_str() {
-        "strength" | "stiffness" => format!("{acts_on} × (1 + {formula})"),
-        "depth" => format!("depth + ({formula}) mm"),
-        reading => format!(
-            "{} + ({formula}) N",
-            reading.replace("reading_", "reading of ").replace("normal", "the normal force")
-        ),
+/// The formula of an effect with its fitted numbers; a negative one is in brackets.
+pub fn fitted(effect: &EffectFound) -> String {
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let number = |name: &str| {
+        let p = effect.parameters.iter().find(|p| p.name == name)?;
+        let number = significant(p.value, 3);
+        Some(if p.value < 0.0 { format!("({number})") } else { number })
+    };
+    let (mut out, mut rest) = (String::new(), effect.formula.as_str());
+    while let Some(start) = rest.find(is_name) {
+        let end = rest[start..].find(|c| !is_name(c)).map_or(rest.len(), |n| start + n);
+        let name = &rest[start..end];
+        out += &rest[..start];
+        out += &number(name).unwrap_or_else(|| name.to_owned());
+        rest = &rest[end..];
     }
+    out + rest
 }
 
 /// Unit of a column: one of the program's or of a user's file.
@@ -114,14 +120,24 @@ pub fn input(file: &InputFile) -> String {
     format!("{} {} ({} runs, {} rows)", file.role, file.file, file.runs, file.rows)
 }
 
-/// The verdict as one paragraph.
+/// The verdict as one paragraph, with what is missing and its size.
 pub fn verdict(report: &Diagnosis) -> String {
+    paragraph(report, true)
+}
+
+/// The verdict as one paragraph below its headline and beside the formulas, which have what is missing and its size.
+pub fn details(report: &Diagnosis) -> String {
+    paragraph(report, report.verdict != Verdict::Named || report.implausible().is_some())
+}
+
+fn paragraph(report: &Diagnosis, with_list: bool) -> String {
     let doubt = if report.implausible().is_some() {
         "This would be the answer if the files and the model could be trusted, which they cannot: "
     } else {
         ""
     };
-    doubt.to_owned() + &answer(report) + &outside_note(report) + &finger_note(report) + &instrument_note(report)
+    let answer = answer(report, with_list);
+    doubt.to_owned() + answer.trim_start() + &outside_note(report) + &finger_note(report) + &instrument_note(report)
 }
 
 /// How far the verdict can be relied on, with the regression that needs no model.
@@ -185,30 +201,53 @@ fn instrument_note(report: &Diagnosis) -> String {
     report.instrument.iter().map(sentence).collect()
 }
 
-/// The title of the page: the result with the gap on held-out runs, or what cannot be.
-pub fn title(report: &Diagnosis) -> String {
+/// How near the model comes to runs that no fit saw, as a sentence.
+fn gap(gap: &CrossValidationError) -> String {
+    let [before, after] = [gap.ratio_before, gap.ratio_after].map(|ratio| significant(ratio, 2));
+    match before == after {
+        true => format!("The gap is {before} times the noise floor."),
+        false => format!("The gap falls from {before} to {after} times the noise floor."),
+    }
+}
+
+/// The verdict in words with size and gap, or what cannot be.
+pub fn headline(report: &Diagnosis) -> String {
     if let Some(Caution { text, .. }) = report.implausible() {
         let finding = text.split_once(':').map_or(text.as_str(), |(finding, _)| finding);
         return format!("No result: {}{}", finding[..1].to_lowercase(), &finding[1..]);
     }
-    let gap = &report.holdout;
-    let closed = format!("gap {} to {} noise floors", fixed(gap.ratio_before, 1), fixed(gap.ratio_after, 1));
-    match report.verdict {
-        Verdict::None if look_exchanged(report) => "No result: the files look exchanged".into(),
-        Verdict::None => format!("Nothing is missing: gap {} noise floors", fixed(gap.ratio_before, 1)),
+    let share = |e: &EffectFound, names: String| {
+        format!("{names}, {} % of the force", significant(100.0 * e.size_p90_relative, 2))
+    };
+    let finding = match report.verdict {
+        Verdict::None if look_exchanged(report) => return "No result: the files look exchanged".into(),
+        Verdict::None => "Nothing is missing that these runs could show".into(),
         Verdict::Named => {
-            let share = |e: &EffectFound| {
-                format!("{}, {} % of the force", plain(&e.law), significant(100.0 * e.size_p90_relative, 2))
-            };
-            let list: Vec<String> = report.effects.iter().map(share).collect();
-            format!("Missing: {}; {closed}", list.join(" and "))
+            let list: Vec<String> = report.effects.iter().map(|e| share(e, plain(&e.law))).collect();
+            format!("Missing: {}", list.join("; and "))
         }
         Verdict::Ambiguous => {
-            let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
-            format!("Missing: {}; these runs cannot distinguish them", list.join(" and "))
+            let list: Vec<String> = report.effects.iter().map(|e| share(e, families(e).join(" or "))).collect();
+            format!("Missing: {}, and these runs cannot tell which", list.join("; and "))
         }
-        Verdict::UnexplainedStructure => "Something that no known law explains".into(),
-    }
+        Verdict::UnexplainedStructure => {
+            let u = &report.unexplained;
+            let size =
+                format!("{} mN ({} %)", significant(1000.0 * u.size_n, 3), significant(100.0 * u.size_relative, 2));
+            let channel = if u.channel == "normal" { "the normal force" } else { "friction" };
+            let range = |r: &Region| {
+                let [from, to] = [r.from, r.to].map(|end| significant(end, 3));
+                format!(", most at {from} to {to} {}", r.unit)
+            };
+            let at = u.largest_at.as_ref().map_or_else(String::new, range);
+            match u.column.as_str() {
+                "run_id" => format!("Unexplained: {channel} scatters between runs by {size}"),
+                column => format!("Unexplained: {channel} depends on {} by {size}{}", axis(column, ""), at.trim_end()),
+            }
+        }
+    };
+    // Without a noise floor there is no gap.
+    if report.holdout.ratio_before > 0.0 { format!("{finding}. {}", gap(&report.holdout)) } else { finding }
 }
 
 /// A sentence if evidence for the verdict lies outside the calibration.
@@ -262,7 +301,7 @@ fn place(report: &Diagnosis) -> String {
     }
 }
 
-fn answer(report: &Diagnosis) -> String {
+fn answer(report: &Diagnosis, with_list: bool) -> String {
     let gap = &report.holdout;
     let runs = unseen(gap);
     let closing = if gap.refused_after_n.is_some() {
@@ -291,7 +330,8 @@ fn answer(report: &Diagnosis) -> String {
         ),
         Verdict::Named => {
             let list: Vec<String> = report.effects.iter().map(|e| format!("{} ({})", plain(&e.law), size(e))).collect();
-            format!("Missing: {}.{} {closing}", list.join("; and "), place(report))
+            let list = if with_list { format!("Missing: {}.", list.join("; and ")) } else { String::new() };
+            format!("{list}{} {closing}", place(report))
         }
         Verdict::Ambiguous => {
             let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
@@ -359,7 +399,7 @@ pub fn name(verdict: Verdict) -> &'static str {
 pub fn summary(report: &Diagnosis) -> String {
     let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
     let first: String = cautions(report).iter().map(|(kind, text)| format!("{kind}: {text}\n")).collect();
-    let doubt = report.implausible().map_or_else(String::new, |_| format!(" ({})", title(report)));
+    let doubt = report.implausible().map_or_else(String::new, |_| format!(" ({})", headline(report)));
     format!(
         "{first}verdict: {}{doubt}\n{}\n{}{fe}\nNext: {}",
         word(report),
@@ -483,17 +523,15 @@ pub fn look_exchanged(report: &Diagnosis) -> bool {
     report.cautions.iter().any(|c| c.kind == "exchanged")
 }
 
-/// The first number of the page: the residual of runs that no fit used, over the noise floor.
-pub fn number(report: &Diagnosis) -> String {
-    let gap = &report.holdout;
-    format!("{} × the noise floor", fixed(gap.ratio_after, 2))
-}
-
 /// Under a plot over a driver.
 pub fn driver_caption(plot: &DriverPlot) -> String {
+    let points = if plot.run_sd > 0.0 {
+        "Each point is a run in full slip or contact, its bar the scatter between runs that the calibration explains."
+    } else {
+        "Each point is a row in contact."
+    };
     format!(
-        "Relative residual of the {} without {}, and the fitted law. Points are runs where the column is one value a \
-         run, otherwise rows.",
+        "Measured {} less the model without {}, relative to it. {points} Below: what is left with it in the model.",
         plot.channel,
         plain(&plot.law)
     )
@@ -556,12 +594,26 @@ mod tests {
     }
 
     #[test]
-    fn a_law_of_the_user_is_described_by_its_effect() {
-        let described = |acts_on: &str| formula(&OwnFormula { acts_on: acts_on.into(), formula: "a * x".into() });
-        assert_eq!(described("strength"), "strength × (1 + a * x)");
-        assert_eq!(described("depth"), "depth + (a * x) mm");
-        assert_eq!(described("reading_normal"), "reading of the normal force + (a * x) N");
-        assert_eq!(described("reading_x"), "reading of x + (a * x) N");
+    fn a_formula_has_the_fitted_numbers_in_place_of_its_parameters() {
+        let parameter =
+            |name: &str, value| FittedParameter { name: name.into(), value, unit: String::new(), ci95: [0.0; 2] };
+        let effect = EffectFound {
+            law: "mine".into(),
+            family: "mine".into(),
+            formula: "strength × (1 + slope ln(v/2) + slope_2), s the slopes".into(),
+            parameters: vec![parameter("slope", -0.123_456), parameter("slope_2", 2.0)],
+            size_p90_relative: 0.1,
+            gain_2ll: 50.0,
+            p: 0.0,
+            p_model: 0.0,
+            p_runs: 0.0,
+            against_calibration: false,
+            outside_calibration: false,
+            lambda_detect: 50.0,
+            candidates: Vec::new(),
+            own: None,
+        };
+        assert_eq!(fitted(&effect), "strength × (1 + (−0.123) ln(v/2) + 2.00), s the slopes");
     }
 
     #[test]
