@@ -58,9 +58,11 @@ impl Figure for Driver<'_> {
     fn draw(&self, canvas: &mut Canvas) {
         let (legend, points) = (self.legend(), &self.plot.points);
         legend.draw(canvas);
-        let dense = points.len() > 300;
-        let ends = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p[0]));
-        let x = Axis::covering(&axis(&self.plot.column, self.unit), ends, std::iter::empty(), 6);
+        // Rows are many; runs are few.
+        let dense = self.plot.run_sd == 0.0;
+        let [low, high] = [points.first(), points.last()].map(|p| p.map_or(0.0, |p| p[0]));
+        let around = (0.03 * (high - low)).max(1e-9);
+        let x = Axis::between(&axis(&self.plot.column, self.unit), [low - around, high + around], 6);
         // Single rows scatter widely; the axes cover all but the outermost in a hundred.
         let covered = |label: &str, of: &dyn Fn(&[f64; 3]) -> f64, also: &[f64], ticks| {
             let mut sizes: Vec<f64> = points.iter().map(of).collect();

@@ -13,6 +13,7 @@ mod residual_map;
 mod words;
 
 use super::{Picture, Rendered, ReportError};
+pub(crate) use figures::width;
 use fingerpad_diagnose::{Diagnosis, Evidence, NextExperiment, Plot, ReducedDiagnosis, Verdict};
 pub use repeated::sentences as repetitions;
 pub use words::{cautions, summary, word};

@@ -6,7 +6,7 @@ use super::{repeated, words};
 use crate::Picture;
 use crate::html::{captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{Diagnosis, DriverPlot, EffectFound};
+use fingerpad_diagnose::{Diagnosis, DriverPlot, EffectFound, PlannedRun};
 
 /// The page as one file; pictures of drivers come first, in the order of `drivers`.
 pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) -> String {
@@ -17,6 +17,11 @@ pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) ->
     // One red line, and only if the result may be due to a mistake in the files.
     let red = cautions.first().filter(|(kind, _)| *kind == "warning");
     let notes = &cautions[usize::from(red.is_some())..];
+    let notes_on_files = html! {
+        @if !notes.is_empty() {
+            div { h2 { "Notes on the files" } ul { @for (_, note) in notes { li { (prose(note)) } } } }
+        }
+    };
     let main = html! {
         main.diagnosis {
             header {
@@ -40,11 +45,7 @@ pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) ->
                     div { (effect(report, e)) }
                 }
             }
-            (in_pairs(first.len() + 1, rest))
-            @if !notes.is_empty() {
-                h2 { "Notes on the files" }
-                ul { @for (_, note) in notes { li { (prose(note)) } } }
-            }
+            (in_pairs(first.len() + 1, rest, &notes_on_files))
             (next(report))
             section.pair { div { (regions(report)) } div { (noise(report)) } }
             @if let Some(found) = &report.power { section.tables { (repeated::power_table(found)) } }
@@ -54,19 +55,26 @@ pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) ->
     document(&format!("fingerpad diagnose: {headline}"), main)
 }
 
-/// Figures numbered from `first` on: those that need the whole width below each other, others side by side where the page is wide.
-fn in_pairs(first: usize, pictures: &[Picture]) -> Markup {
+/// Figures numbered from `first` on: those that need the whole width below each other, others side by side where the page is wide. Text
+/// follows the last of these.
+fn in_pairs(first: usize, pictures: &[Picture], text: &Markup) -> Markup {
     let is_wide = |p: &Picture| matches!(p.name.as_str(), "map_before" | "map_after" | "traces");
     let mut at = first;
     let mut groups = Vec::new();
     for group in pictures.chunk_by(|a, b| !is_wide(a) && !is_wide(b)) {
-        groups.push((at, group));
+        groups.push((at, group, group.iter().any(is_wide)));
         at += group.len();
     }
+    let last_is_wide = groups.last().is_none_or(|(.., is_wide)| *is_wide);
     html! {
-        @for (first, group) in groups {
-            @if group.iter().any(is_wide) { (figures(first, group)) } @else { section.pair { (figures(first, group)) } }
+        @for (i, (first, group, is_wide)) in groups.iter().enumerate() {
+            @if *is_wide {
+                (figures(*first, group))
+            } @else {
+                section.pair { (figures(*first, group)) @if i + 1 == groups.len() { (text) } }
+            }
         }
+        @if last_is_wide { (text) }
     }
 }
 
@@ -141,7 +149,7 @@ fn parameters(effect: &EffectFound) -> Markup {
     let rows = html! {
         @for p in &effect.parameters {
             tr {
-                td { (p.name) } (cell(significant(p.value, 4)))
+                td { (prose(&p.name)) } (cell(significant(p.value, 3)))
                 (cell(p.ci95.map(|end| significant(end, 3)).join(" to "))) td { (p.unit) }
             }
         }
@@ -164,37 +172,43 @@ fn candidates(effect: &EffectFound) -> Markup {
 
 fn next(report: &Diagnosis) -> Markup {
     let Some(plan) = &report.next_experiment else { return html! {} };
-    let own = super::own_columns(plan);
-    let number = |v: Option<f64>| cell(v.map_or_else(String::new, |v| significant(v, 3)));
-    let flag = |v: Option<bool>| cell(v.map_or("", |v| if v { "yes" } else { "no" }));
-    let strokes = html! {
-        @for (i, r) in plan.runs.iter().enumerate() {
-            tr {
-                (cell(i + 1)) (number(r.depth_mm)) (number(r.speed_mm_s)) (number(r.direction_deg)) (number(r.dwell_s))
-                (number(r.hydration_au)) (number(r.temperature_c)) (number(r.length_mm)) (number(r.rest_before_s))
-                (flag(r.new_block)) (flag(r.reverse))
-                @for name in &own { (number(r.own.get(*name).copied())) }
-            }
-        }
+    let number = |v: Option<f64>| v.map_or_else(String::new, |v| significant(v, 3));
+    let flag = |v: Option<bool>| v.map_or("", |v| if v { "yes" } else { "no" }).to_owned();
+    let column = |head: &str, of: &dyn Fn(&PlannedRun) -> String| {
+        (head.to_owned(), plan.runs.iter().map(of).collect::<Vec<String>>())
     };
-    let columns = html! {
-        th {} th { "depth, mm" } th { "speed, mm/s" } th { "direction, °" } th { "hold, s" } th { "moisture, a.u." }
-        th { "temperature, °C" } th { "length, mm" } th { "rest before, s" } th { "new block" } th { "reverse" }
-        (heads(&own))
+    let mut columns = vec![
+        column("depth, mm", &|r| number(r.depth_mm)),
+        column("speed, mm/s", &|r| number(r.speed_mm_s)),
+        column("direction, °", &|r| number(r.direction_deg)),
+        column("hold, s", &|r| number(r.dwell_s)),
+        column("moisture, a.u.", &|r| number(r.hydration_au)),
+        column("temperature, °C", &|r| number(r.temperature_c)),
+        column("length, mm", &|r| number(r.length_mm)),
+        column("rest before, s", &|r| number(r.rest_before_s)),
+        column("new block", &|r| flag(r.new_block)),
+        column("reverse", &|r| flag(r.reverse)),
+    ];
+    columns.extend(super::own_columns(plan).iter().map(|name| column(name, &|r| number(r.own.get(*name).copied()))));
+    // What no stroke sets has no column.
+    columns.retain(|(_, cells)| cells.iter().any(|text| !text.is_empty()));
+    let heads = html! { th {} @for (head, _) in &columns { th { (head) } } };
+    let strokes = html! {
+        @for i in 0..plan.runs.len() { tr { (cell(i + 1)) @for (_, cells) in &columns { (cell(&cells[i])) } } }
     };
     html! {
         h2 { "Next experiment" }
         p {
-            "These strokes vary " (plan.factor) "; a blank cell is the reference condition. The same table is in "
+            "These strokes vary " (words::axis(&plan.factor, "")) "; a blank cell is the reference condition. The same table is in "
             code { "next_experiment.csv" } "."
         }
-        (table(columns, strokes))
+        (table(heads, strokes))
         @if !plan.prices.is_empty() {
             (captioned_table("Other experiments that would separate them, and their cost.", html! {
                 th.name { "varied" } th { "separation λ" } th { "minutes" }
             }, html! {
                 @for p in &plan.prices {
-                    tr { td { (p.factor) } (cell(fixed(p.lambda_rival_expected, 0))) (cell(fixed(p.minutes, 0))) }
+                    tr { td { (words::axis(&p.factor, "")) } (cell(fixed(p.lambda_rival_expected, 0))) (cell(fixed(p.minutes, 0))) }
                 }
             }))
         }
@@ -203,21 +217,21 @@ fn next(report: &Diagnosis) -> Markup {
 
 fn regions(report: &Diagnosis) -> Markup {
     let heads = html! {
-        th.name { "column" } th.name { "part" } th.name { "force" } th { "mean, %" } th { "z over runs" } th { "runs" }
-        th.name { "calibrated" }
+        th.name { "column" } th.name { "part" } th.name { "force" } th { "mean, %" } th { "z" } th.minor { "runs" }
+        th.name.minor { "calibrated" }
     };
     let rows = html! {
         @for r in &report.disagreement.regions {
             tr {
                 td { (words::axis(&r.column, "")) }
-                td { (significant(r.from, 3)) " to " (significant(r.to, 3)) " " (r.unit) }
-                td { (r.channel) } (cell(fixed(100.0 * r.mean_relative, 1))) (cell(fixed(r.z, 1))) (cell(r.runs))
-                td { (if r.outside_calibration { "no" } else { "yes" }) }
+                td.part { (words::range(r).0) }
+                td { (r.channel) } (cell(fixed(100.0 * r.mean_relative, 1))) (cell(fixed(r.z, 1))) td.num.minor { (r.runs) }
+                td.minor { (if r.outside_calibration { "no" } else { "yes" }) }
             }
         }
         @if report.disagreement.regions.is_empty() { tr { td colspan="7" { "none" } } }
     };
-    html! { h2 { "Regions with large residuals without the effect" } (table(heads, rows)) }
+    html! { h2 { "Regions with large residuals without the effect" } (table(heads, rows)) p.meta { "z: mean over its standard error, over runs." } }
 }
 
 fn noise(report: &Diagnosis) -> Markup {
@@ -242,7 +256,7 @@ fn noise(report: &Diagnosis) -> Markup {
             (fixed(baseline.rescale.stiffness, 3)) ", strength " (fixed(baseline.rescale.strength, 3))
             ". Misfit of the baseline on the calibration runs over their noise: normal " (normal) ", x " (x) ", y " (y) "."
         }
-        (table(heads, rows))
+        details { summary { "All freedoms of the baseline" } (table(heads, rows)) }
     }
 }
 

@@ -100,7 +100,7 @@ pub fn axis(name: &str, unit: &str) -> String {
     let plain = match name {
         "t_s" => "clock",
         "speed_mm_s" => "speed",
-        "direction_deg" => "direction",
+        "direction_deg" => return if unit.is_empty() { "direction".into() } else { "direction, °".into() },
         "hydration_au" => "hydration",
         "temperature_c" => "temperature",
         other => {
@@ -127,7 +127,8 @@ pub fn verdict(report: &Diagnosis) -> String {
 
 /// The verdict as one paragraph below its headline and beside the formulas, which have what is missing and its size.
 pub fn details(report: &Diagnosis) -> String {
-    paragraph(report, report.verdict != Verdict::Named || report.implausible().is_some())
+    let has_headline = matches!(report.verdict, Verdict::Named | Verdict::None);
+    paragraph(report, !has_headline || report.implausible().is_some())
 }
 
 fn paragraph(report: &Diagnosis, with_list: bool) -> String {
@@ -227,22 +228,22 @@ pub fn headline(report: &Diagnosis) -> String {
             format!("Missing: {}", list.join("; and "))
         }
         Verdict::Ambiguous => {
-            let list: Vec<String> = report.effects.iter().map(|e| share(e, families(e).join(" or "))).collect();
-            format!("Missing: {}, and these runs cannot tell which", list.join("; and "))
+            let names = |e: &EffectFound| match &families(e)[..] {
+                [one] => one.clone(),
+                several => format!("{} (these runs cannot tell which)", several.join(" or ")),
+            };
+            let list: Vec<String> = report.effects.iter().map(|e| share(e, names(e))).collect();
+            format!("Missing: {}", list.join("; and "))
         }
         Verdict::UnexplainedStructure => {
             let u = &report.unexplained;
             let size =
                 format!("{} mN ({} %)", significant(1000.0 * u.size_n, 3), significant(100.0 * u.size_relative, 2));
             let channel = if u.channel == "normal" { "the normal force" } else { "friction" };
-            let range = |r: &Region| {
-                let [from, to] = [r.from, r.to].map(|end| significant(end, 3));
-                format!(", most at {from} to {to} {}", r.unit)
-            };
-            let at = u.largest_at.as_ref().map_or_else(String::new, range);
+            let at = u.largest_at.as_ref().map_or_else(String::new, |r| format!(", most at {}", range(r).0));
             match u.column.as_str() {
                 "run_id" => format!("Unexplained: {channel} scatters between runs by {size}"),
-                column => format!("Unexplained: {channel} depends on {} by {size}{}", axis(column, ""), at.trim_end()),
+                column => format!("Unexplained: {channel} depends on {} by {size}{at}", axis(column, "")),
             }
         }
     };
@@ -272,17 +273,23 @@ fn unseen(gap: &CrossValidationError) -> String {
     }
 }
 
-/// A part of a column in words, with what is measured there beside the model.
-fn part(region: &Region) -> String {
-    let unit = if region.unit.is_empty() { String::new() } else { format!(" {}", region.unit) };
+/// A part of a column with its unit, and the residual there.
+pub fn range(region: &Region) -> (String, String) {
+    let unit = match region.unit.as_str() {
+        "" => String::new(),
+        "degree" => "°".into(),
+        unit => format!(" {unit}"),
+    };
     let sign = if region.mean_relative < 0.0 { "−" } else { "+" };
-    format!(
-        "{} {} to {}{unit} ({sign}{} %)",
-        column(&region.column),
-        significant(region.from, 3),
-        significant(region.to, 3),
-        fixed(100.0 * region.mean_relative.abs(), 0)
-    )
+    let [from, to] = [region.from, region.to].map(|end| significant(end, 3));
+    let size = fixed(100.0 * region.mean_relative.abs(), 0);
+    (format!("{from} to {to}{unit}"), format!("({sign}{size} %)"))
+}
+
+/// The same with the column and what is measured there beside the model.
+fn part(region: &Region) -> String {
+    let (range, size) = range(region);
+    format!("{} {range} {size}", column(&region.column))
 }
 
 /// A sentence about where simulation and measurement disagree without the first effect: least and most along its driver.
@@ -324,8 +331,9 @@ fn answer(report: &Diagnosis, with_list: bool) -> String {
                 .into()
         }
         Verdict::None => format!(
-            "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times the noise floor in \
+            "{}After the refit of the baseline the residual is {} times the noise floor in \
              the worst channel of {runs}.",
+            if with_list { "Nothing is missing that these runs could show. " } else { "" },
             fixed(gap.ratio_before, 2)
         ),
         Verdict::Named => {
@@ -526,7 +534,7 @@ pub fn look_exchanged(report: &Diagnosis) -> bool {
 /// Under a plot over a driver.
 pub fn driver_caption(plot: &DriverPlot) -> String {
     let points = if plot.run_sd > 0.0 {
-        "Each point is a run in full slip or contact, its bar the scatter between runs that the calibration explains."
+        "Each point is a run, its bar the scatter between runs that the calibration explains."
     } else {
         "Each point is a row in contact."
     };

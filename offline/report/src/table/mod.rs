@@ -16,20 +16,20 @@ pub fn render(finding: &Finding) -> Result<Rendered, ReportError> {
     let json = serde_json::to_string_pretty(&finding.report)? + "\n";
     let section = &finding.report.table;
     let figures = vec![
-        Picture::new(
+        Picture::wide_and_narrow(
             "table",
             "The table and the finite elements",
             "Circles: as measured, the bar its error; triangles: published constants, finger as given; diamonds: published \
              constants, finger calibrated; squares: what the corrected model reads.",
-            &figures::Cells { section },
+            |narrow| figures::Cells { section, narrow },
         ),
-        Picture::new(
+        Picture::wide_and_narrow(
             "candidates",
             "Remaining gap with each candidate",
             "Each beside the finger's constants (stiffness, touch point, strength). The long bar is the remaining gap, the \
              line at its end the error at depths that were left out and predicted; darker candidates cannot be distinguished from the \
              best one. Below: the best pairs.",
-            &figures::Candidates { section },
+            |narrow| figures::Candidates { section, narrow },
         ),
     ];
     Ok(Rendered { html: page::page(finding, &figures), json, figures })
