@@ -178,11 +178,6 @@ impl Panel {
     }
 }
 
-/// A name in a legend, beside its sample.
-pub fn legend_text(canvas: &mut Canvas, at: (f64, f64), text: &str) {
-    canvas.text(text, at, Text { colour: INK, ..Text::BODY });
-}
-
 /// What stands beside a name in a legend.
 #[derive(Clone, Copy)]
 pub enum Sample {

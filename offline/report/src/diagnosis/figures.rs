@@ -67,8 +67,11 @@ impl Figure for Driver<'_> {
         let covered = |label: &str, of: &dyn Fn(&[f64; 3]) -> f64, also: &[f64], ticks| {
             let mut sizes: Vec<f64> = points.iter().map(of).collect();
             sizes.sort_by(f64::total_cmp);
-            let cut = |share: f64| sizes.get((share * sizes.len().saturating_sub(1) as f64) as usize).copied();
-            let outer = [cut(0.01), cut(0.99)].into_iter().flatten().chain(also.iter().copied());
+            let end = |share: f64, side: f64| {
+                let value = sizes.get((share * sizes.len().saturating_sub(1) as f64) as usize);
+                value.map(|v| v + side * self.plot.run_sd)
+            };
+            let outer = [end(0.01, -1.0), end(0.99, 1.0)].into_iter().flatten().chain(also.iter().copied());
             Axis::covering(label, [0.0; 2], outer.map(|v| 100.0 * v), ticks)
         };
         let law: Vec<f64> = self.plot.curve.iter().map(|c| c[1]).collect();
@@ -162,7 +165,7 @@ pub struct GapBars<'a> {
 impl<'a> GapBars<'a> {
     /// Held-out runs under the three models; without a claimed effect there are two. Bars of the finite elements with
     /// the effect are beside them if there are any, for their own strokes.
-    pub fn held_out(gap: &CrossValidationError, claimed: bool, fe: Option<&FeConfirmation>) -> Self {
+    pub fn held_out(gap: &CrossValidationError, claimed: bool, fe: Option<&FeConfirmation>, narrow: bool) -> Self {
         let mut series =
             vec![("as calibrated", gap.rms_calibrated_n, mix(WHITE, GREY, 0.5)), ("refitted", gap.rms_before_n, GREY)];
         if claimed {
@@ -172,11 +175,11 @@ impl<'a> GapBars<'a> {
             series.push(("finite elements with it", fe.rms_after_n, mix(WHITE, SERIES[1], 0.5)));
         }
         series.push(("noise floor", gap.floor_rms_n, MODEL));
-        Self { series, narrow: false }
+        Self { series, narrow }
     }
 
     /// The finite elements beside the reduced model.
-    pub fn confirmation(fe: &FeConfirmation) -> Self {
+    pub fn confirmation(fe: &FeConfirmation, narrow: bool) -> Self {
         let series = vec![
             ("finite elements before", fe.rms_before_n, GREY),
             ("finite elements after", fe.rms_after_n, SERIES[1]),
@@ -184,7 +187,7 @@ impl<'a> GapBars<'a> {
             ("reduced after", fe.reduced_after_n, mix(WHITE, SERIES[1], 0.5)),
             ("noise floor", fe.floor_rms_n, MODEL),
         ];
-        Self { series, narrow: false }
+        Self { series, narrow }
     }
 
     fn legend(&self) -> Legend<'_> {

@@ -4,6 +4,7 @@
 //! experiment).
 //! Computes only sums of its inputs. May use: diagnose.
 
+mod captions;
 mod figures;
 mod force_plots;
 pub mod group;
@@ -32,24 +33,23 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
             format!("{} over {}, and the law {}", plot.channel, words::axis(&plot.column, ""), words::plain(&plot.law));
         let title = title[..1].to_uppercase() + &title[1..];
         let figure = |narrow| figures::Driver { plot, unit, narrow };
-        let caption = words::driver_caption(plot);
+        let caption = captions::driver_caption(plot);
         figures.push(Picture::wide_and_narrow(&format!("driver_{}", i + 1), title, caption, figure));
     }
-    let gap = Picture::wide_and_narrow("heldout", words::gap_title(report), words::gap_caption(report), |narrow| {
-        figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) }
-    });
+    let rms = |narrow| figures::GapBars::held_out(&report.holdout, claimed, fe, narrow);
+    let gap = Picture::wide_and_narrow("heldout", captions::gap_title(report), captions::gap_caption(report), rms);
     let bars = Picture::wide_and_narrow(
         "evidence",
         "Evidence for every law against the baseline alone",
-        words::bars_caption(report),
+        captions::bars_caption(report),
         |narrow| figures::Bars { report, narrow },
     );
     let scale = residual_map::scale(&evidence.maps.before);
     let map = |name, title, map| {
         let figure = |narrow| residual_map::ResidualMap { map, named: &evidence.maps.named, scale, narrow };
-        Picture::wide_and_narrow(name, title, words::map_caption(claimed), figure)
+        Picture::wide_and_narrow(name, title, captions::map_caption(claimed), figure)
     };
-    let before = map("map_before", words::map_title(claimed), &evidence.maps.before);
+    let before = map("map_before", captions::map_title(claimed), &evidence.maps.before);
     // The map shows where something is; without it the gap says that there is nothing.
     let nothing = report.verdict == Verdict::None;
     figures.extend(if nothing { [gap, bars, before] } else { [before, gap, bars] });
@@ -59,15 +59,13 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
     figures.push(Picture::wide_and_narrow(
         "traces",
         "Forces of the three worst runs over time",
-        words::traces_caption(),
+        captions::traces_caption(),
         |narrow| force_plots::Traces { traces: &evidence.traces, claimed, narrow },
     ));
     figures.extend(fe.map(|fe| {
         let title = "The finite elements with the effect inside their law";
-        Picture::wide_and_narrow("confirmation", title, words::confirmation_caption(fe), |narrow| figures::GapBars {
-            narrow,
-            ..figures::GapBars::confirmation(fe)
-        })
+        let figure = |narrow| figures::GapBars::confirmation(fe, narrow);
+        Picture::wide_and_narrow("confirmation", title, captions::confirmation_caption(fe), figure)
     }));
     figures.extend(report.stability.iter().map(repeated::stability_picture));
     let json = serde_json::to_string_pretty(&Diagnosis { title: words::headline(report), ..report.clone() })? + "\n";

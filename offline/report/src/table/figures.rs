@@ -1,80 +1,38 @@
 //! The figures of a diagnosis of a table.
 
-use crate::axes::{Axis, Legend, Panel, Sample};
-use crate::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
-use crate::colour::{Colour, ESTIMATE, FAINT, GREY, INK, MODEL, PAIR, WHITE};
+use crate::canvas::{Canvas, Figure, HPos, Line, Text};
+use crate::colour::{ESTIMATE, FAINT, GREY, INK, MODEL, PAIR, WHITE};
 use crate::diagnosis::width;
 use crate::numbers::fixed;
+use crate::traces::{Hue, Trace, TraceChart};
 use fingerpad_identify::table_diagnosis::{CandidateReport, CellGap, QUANTITIES, TableSection};
 
 /// Names of the axes, in the order of the quantities.
 const LABELS: [&str; 3] = ["Normal force, N", "Contact area, mm²", "Friction coefficient F/N"];
 
-/// Every quantity of the table over depth: measured, before, after.
-pub struct Cells<'a> {
-    /// The numbers.
-    pub section: &'a TableSection,
-    /// Whether it is for a narrow page: one chart below the other.
-    pub narrow: bool,
-}
-
-impl Cells<'_> {
-    fn measured(&self) -> Vec<(usize, Vec<&CellGap>)> {
-        let of = |k: usize| self.section.cells.iter().filter(|c| c.quantity == QUANTITIES[k]).collect::<Vec<_>>();
-        (0..3).map(|k| (k, of(k))).filter(|(_, cells)| !cells.is_empty()).collect()
-    }
-
-    fn legend(&self) -> Legend<'static> {
-        let charts = if self.narrow { 1 } else { self.measured().len() };
-        let models = SERIES.map(|(marker, colour, _, name)| (Sample::Point(marker, true), name, colour));
-        let measured = (Sample::Point(Marker::Circle, true), "measured", INK);
-        Legend { width: CHART[0] * charts as f64, entries: [measured].into_iter().chain(models).collect() }
-    }
-}
-
-/// Width and height of one chart with its margins, px.
-const CHART: [f64; 2] = [380.0, 350.0];
-
-/// The models of a cell.
-const SERIES: [(Marker, Colour, fn(&CellGap) -> f64, &str); 3] = [
-    (Marker::Triangle, PAIR, |c| c.as_given, "published, finger as given"),
-    (Marker::Diamond, ESTIMATE, |c| c.calibrated, "published, calibrated"),
-    (Marker::Square, MODEL, |c| c.corrected, "corrected model"),
-];
-
-impl Figure for Cells<'_> {
-    fn size(&self) -> (u32, u32) {
-        let [columns, rows] = if self.narrow { [1, self.measured().len()] } else { [self.measured().len(), 1] };
-        ((CHART[0] * columns as f64) as u32, (self.legend().height() + CHART[1] * rows as f64) as u32)
-    }
-
-    fn draw(&self, canvas: &mut Canvas) {
-        let legend = self.legend();
-        legend.draw(canvas);
-        for (i, (quantity, cells)) in self.measured().into_iter().enumerate() {
-            let bar = |c: &CellGap, side: f64| c.measured * (1.0 + side * c.relative_sd);
-            let models = cells.iter().flat_map(|c| SERIES.iter().map(|s| (s.2)(c)));
-            let measured = cells.iter().flat_map(|c| [bar(c, -1.0), bar(c, 1.0)]);
-            let depths = cells.iter().map(|c| c.depth_mm);
-            let plot = Panel {
-                left: 54.0 + if self.narrow { 0.0 } else { CHART[0] * i as f64 },
-                top: legend.height() + 36.0 + if self.narrow { CHART[1] * i as f64 } else { 0.0 },
-                width: 310.0,
-                height: 262.0,
-                x: Axis::covering("depth as measured, mm", [f64::INFINITY, f64::NEG_INFINITY], depths, 5),
-                y: Axis::covering(LABELS[quantity], [0.0, 0.0], models.chain(measured), 6),
-            };
-            plot.draw(canvas);
-            for c in &cells {
-                for (marker, colour, of, _) in &SERIES {
-                    canvas.marker(*marker, plot.at(c.depth_mm, of(c)), 5.0, *colour, true);
-                }
-                let ends = [plot.at(c.depth_mm, bar(c, -1.0)), plot.at(c.depth_mm, bar(c, 1.0))];
-                canvas.line(&ends, Line::solid(INK, 1.4));
-                canvas.marker(Marker::Circle, plot.at(c.depth_mm, c.measured), 4.0, INK, true);
-            }
-        }
-    }
+/// Every quantity of the table over depth: measured with its error, before, after.
+pub fn cells(section: &TableSection) -> Vec<TraceChart> {
+    let models: [(&str, usize, fn(&CellGap) -> f64); 3] = [
+        ("published, finger as given", 5, |c| c.as_given),
+        ("published, calibrated", 1, |c| c.calibrated),
+        ("corrected model", 0, |c| c.corrected),
+    ];
+    let chart = |k: usize| {
+        let cells = || section.cells.iter().filter(move |c| c.quantity == QUANTITIES[k]);
+        let trace = |name: &str, hue, of: fn(&CellGap) -> f64| {
+            let points = cells().map(|c| [c.depth_mm, of(c)]).collect();
+            Trace { name: name.into(), points, hue, ..Trace::default() }
+        };
+        let mut traces: Vec<Trace> = models.iter().map(|(name, hue, of)| trace(name, Hue::Series(*hue), *of)).collect();
+        traces.push(Trace { is_dots: true, ..trace("measured", Hue::Ink, |c| c.measured) });
+        traces.extend(cells().map(|c| {
+            let end = |side: f64| [c.depth_mm, c.measured * (1.0 + side * c.relative_sd)];
+            Trace { points: vec![end(-1.0), end(1.0)], hue: Hue::Ink, ..Trace::default() }
+        }));
+        let labels = ["depth as measured, mm".into(), LABELS[k].into()];
+        cells().next().map(|_| TraceChart { labels, traces, ..TraceChart::default() })
+    };
+    (0..3).filter_map(chart).collect()
 }
 
 /// Gap left and error of prediction of every candidate.
