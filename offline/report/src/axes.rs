@@ -1,7 +1,7 @@
 //! Axes, ticks and the frame of a chart.
 
 use super::canvas::{Canvas, HPos, Line, Marker, Text, VPos};
-use super::colour::{Colour, FAINT, GREY, INK};
+use super::colour::{Colour, FAINT, GREY};
 use super::font;
 use super::numbers::fixed;
 

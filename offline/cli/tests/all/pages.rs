@@ -79,7 +79,7 @@ fn a_named_effect_comes_with_size_gap_formula_and_its_driver_first() {
     // The first row of the map is the named driver.
     let map = html.split("<figure id=\"map_before\"").nth(1).unwrap();
     let rows = shown(&format!("<body>{}", map.split("</figure>").next().unwrap()));
-    let first = rows.lines().map(str::trim).filter(|line| !line.is_empty()).nth(1);
+    let first = rows.lines().map(str::trim).filter(|line| !line.is_empty()).nth(2);
     assert_eq!(first, Some("hydration, a.u."), "{rows}");
 }
 
