@@ -36,7 +36,7 @@ const MOST_POINTS: usize = 1200;
 impl Driver<'_> {
     fn legend(&self) -> Legend<'_> {
         let points = if self.plot.run_sd > 0.0 {
-            "runs: measured less the model without it; bar: ± scatter between runs"
+            "measured less the model without it (bar: scatter)"
         } else {
             "measured less the model without it"
         };
