@@ -1,4 +1,4 @@
-//! Adhesion as a line tension at the rim: normal −= W sqrt(A/A0); friction keeps the elastic load.
+//! Adhesion as a line tension at the rim.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for Adhesion {
     const LAW: Law = Law {
         name: "adhesion",
         family: "adhesion",
+        formula: "normal −= pull_off_n sqrt(A/A0), friction keeps the elastic load",
         kind: 10,
         place: Place::Rim,
         parameters: &[Parameter {

@@ -1,4 +1,4 @@
-//! Friction over direction: strength × (1 + a cos 2(theta − axis)).
+//! Friction over direction.
 //!
 //! Fitted as a cos 2 axis and a sin 2 axis, in which it is linear.
 
@@ -11,6 +11,7 @@ impl Effect for Anisotropy {
     const LAW: Law = Law {
         name: "anisotropy",
         family: "direction",
+        formula: "strength × (1 + amplitude cos 2(theta − axis_deg)), theta the direction",
         kind: 5,
         place: Place::Strength,
         parameters: &[

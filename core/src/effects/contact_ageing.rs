@@ -1,4 +1,4 @@
-//! Contact ageing: strength × (1 + a ln(1 + dwell/t0) e^(−s/D)), s the path since touch.
+//! Contact ageing.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for ContactAgeing {
     const LAW: Law = Law {
         name: "contact_ageing",
         family: "ageing",
+        formula: "strength × (1 + amplitude_per_e_fold ln(1 + dwell/t0_s) e^(−s/slip_mm)), s the path since touch in mm",
         kind: 7,
         place: Place::Strength,
         parameters: &[

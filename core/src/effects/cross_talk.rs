@@ -1,4 +1,4 @@
-//! Cross-talk of the force sensor: reading_x += c_x N, reading_y += c_y N.
+//! Cross-talk of the force sensor.
 
 use super::{Axis, Change, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for CrossTalk {
     const LAW: Law = Law {
         name: "cross_talk",
         family: "cross_talk",
+        formula: "x += normal_to_x N, y += normal_to_y N, N the normal force",
         kind: 13,
         place: Place::Reading,
         parameters: &[

@@ -1,4 +1,4 @@
-//! Error of the touch point: depth += delta, before anything else, only where depth > 0.
+//! Error of the touch point, before anything else.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for DepthZeroOffset {
     const LAW: Law = Law {
         name: "depth_zero_offset",
         family: "depth_zero",
+        formula: "depth += offset_mm where depth > 0",
         kind: 11,
         place: Place::Depth,
         parameters: &[Parameter {

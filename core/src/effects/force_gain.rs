@@ -1,4 +1,4 @@
-//! Gain of the force sensor: reading × (1 + g), of all three axes.
+//! Gain of the force sensor, of all three axes.
 
 use super::{Change, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for ForceGain {
     const LAW: Law = Law {
         name: "force_gain",
         family: "force_gain",
+        formula: "reading × (1 + gain)",
         kind: 20,
         place: Place::Reading,
         parameters: &[Parameter { name: "gain", unit: "", low: -0.95, high: 20.0, typical: 0.1, positive: false }],

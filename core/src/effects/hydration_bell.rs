@@ -1,4 +1,4 @@
-//! Friction over moisture of the skin: strength × (1 + a [g(h) − g(35)]), g(h) = exp(−½ ((h − peak)/width)²).
+//! Friction over moisture of the skin.
 
 use super::{Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for HydrationBell {
     const LAW: Law = Law {
         name: "hydration_bell",
         family: "moisture",
+        formula: "strength × (1 + amplitude [g(h) − g(35)]), g(h) = exp(−½ ((h − peak_au)/width_au)²), h the moisture in a.u.",
         kind: 1,
         place: Place::Strength,
         parameters: &[

@@ -1,6 +1,6 @@
 //! The description of an effect, and the interface of an effect's file.
 //!
-//! Main types: [`Effect`] (a file's formula with its [`Law`]), [`Law`] (name, parameters, source, drivers). Uses
+//! Main types: [`Effect`] (the formula as code, with its [`Law`]), [`Law`] (name, parameters, source, drivers). Uses
 //! conditions, change, math.
 
 use super::{Change, Conditions};
@@ -28,6 +28,8 @@ pub struct Law {
     pub name: &'static str,
     /// Laws of one family share a mechanism.
     pub family: &'static str,
+    /// Its formula as reports print it, with its parameters by their names.
+    pub formula: &'static str,
     /// Number in the effect slots of a model file; 32 and 33 are those of [`super::baseline`].
     pub kind: u32,
     /// Where it enters the model.

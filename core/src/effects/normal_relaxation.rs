@@ -1,4 +1,4 @@
-//! Stress relaxation of the tissue: stiffness × (1 − g (1 − e^(−t/tau))), t since touch.
+//! Stress relaxation of the tissue.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for NormalRelaxation {
     const LAW: Law = Law {
         name: "normal_relaxation",
         family: "normal_relaxation",
+        formula: "stiffness × (1 − fraction (1 − e^(−t/tau_s))), t the time since touch in s",
         kind: 6,
         place: Place::Stiffness,
         parameters: &[

@@ -1,4 +1,4 @@
-//! Occlusion: strength × (1 + a (1 − e^(−occ/tau))), occ the contact time since the last rest.
+//! Occlusion.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for OcclusionGrowth {
     const LAW: Law = Law {
         name: "occlusion_growth",
         family: "occlusion",
+        formula: "strength × (1 + amplitude (1 − e^(−occ/tau_s))), occ the contact time since the last rest in s",
         kind: 9,
         place: Place::Strength,
         parameters: &[

@@ -1,4 +1,4 @@
-//! Friction over speed, rate-and-state form: strength × (1 + a ln(v / 2 mm/s)); 1 while the plate does not move.
+//! Friction over speed, rate-and-state form; no change while the plate does not move.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for SpeedLog {
     const LAW: Law = Law {
         name: "speed_log",
         family: "speed",
+        formula: "strength × (1 + slope_per_e_fold ln(v/2)), v the speed in mm/s",
         kind: 2,
         place: Place::Strength,
         parameters: &[Parameter {

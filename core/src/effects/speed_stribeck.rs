@@ -1,4 +1,4 @@
-//! Friction over speed, lubricated: strength × (1 + a [e^(−v/vs) − e^(−2/vs)]); 1 while the plate does not move.
+//! Friction over speed, lubricated; no change while the plate does not move.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for SpeedStribeck {
     const LAW: Law = Law {
         name: "speed_stribeck",
         family: "speed",
+        formula: "strength × (1 + amplitude [e^(−v/decay_mm_s) − e^(−2/decay_mm_s)]), v the speed in mm/s",
         kind: 3,
         place: Place::Strength,
         parameters: &[

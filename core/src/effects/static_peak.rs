@@ -1,4 +1,4 @@
-//! Static peak: strength × (1 + a e^(−s/D)), s the path of the plate since touch.
+//! Static peak.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for StaticPeak {
     const LAW: Law = Law {
         name: "static_peak",
         family: "static_peak",
+        formula: "strength × (1 + amplitude e^(−s/slip_mm)), s the path since touch in mm",
         kind: 8,
         place: Place::Strength,
         parameters: &[

@@ -1,4 +1,4 @@
-//! Drift of the tissue's stiffness: stiffness × (1 + a t), t in hours of the series.
+//! Drift of the tissue's stiffness.
 
 use super::{Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for StiffnessDrift {
     const LAW: Law = Law {
         name: "stiffness_drift",
         family: "stiffness_drift",
+        formula: "stiffness × (1 + fraction_per_hour t), t the clock of the session in hours",
         kind: 14,
         place: Place::Stiffness,
         parameters: &[Parameter {

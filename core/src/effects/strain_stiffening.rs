@@ -1,4 +1,4 @@
-//! Stiffening with depth beyond the baseline's: stiffness × e^(a (d − 0.8 mm)).
+//! Stiffening with depth beyond the baseline's.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for StrainStiffening {
     const LAW: Law = Law {
         name: "strain_stiffening",
         family: "strain_stiffening",
+        formula: "stiffness × e^(rate_per_mm (d − 0.8)), d the depth in mm",
         kind: 16,
         place: Place::Stiffness,
         parameters: &[Parameter {

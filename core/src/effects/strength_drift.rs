@@ -1,4 +1,4 @@
-//! Drift of the strength over a session: strength × (1 + a t), t in hours of the series.
+//! Drift of the strength over a session.
 
 use super::{Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for StrengthDrift {
     const LAW: Law = Law {
         name: "strength_drift",
         family: "strength_drift",
+        formula: "strength × (1 + fraction_per_hour t), t the clock of the session in hours",
         kind: 18,
         place: Place::Strength,
         parameters: &[Parameter {

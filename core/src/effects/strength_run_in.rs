@@ -1,4 +1,4 @@
-//! Run-in of the strength over a session: strength × (1 + a (1 − e^(−t/tau))), t of the series.
+//! Run-in of the strength over a session.
 
 use super::{Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for StrengthRunIn {
     const LAW: Law = Law {
         name: "strength_run_in",
         family: "strength_drift",
+        formula: "strength × (1 + amplitude (1 − e^(−t/tau_s))), t the clock of the session in s",
         kind: 19,
         place: Place::Strength,
         parameters: &[

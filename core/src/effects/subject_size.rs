@@ -1,4 +1,4 @@
-//! Size of the subject's finger: stiffness × (w / 16 mm)^q.
+//! Size of the subject's finger.
 
 use super::{Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for SubjectSize {
     const LAW: Law = Law {
         name: "subject_size",
         family: "subject_size",
+        formula: "stiffness × (w/16)^stiffness_exponent, w the width of the finger in mm",
         kind: 15,
         place: Place::Stiffness,
         parameters: &[Parameter {

@@ -1,4 +1,4 @@
-//! Tare of the force sensor: reading += b, in air too.
+//! Tare of the force sensor, in air too.
 
 use super::{Change, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for TareBias {
     const LAW: Law = Law {
         name: "tare_bias",
         family: "tare",
+        formula: "normal += normal_n, x += x_n, y += y_n",
         kind: 12,
         place: Place::Reading,
         parameters: &[

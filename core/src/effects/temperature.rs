@@ -1,4 +1,4 @@
-//! Friction over skin temperature: strength × (1 + a (T − 32 °C)).
+//! Friction over skin temperature.
 
 use super::{Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for Temperature {
     const LAW: Law = Law {
         name: "temperature",
         family: "temperature",
+        formula: "strength × (1 + slope_per_c (T − 32)), T the temperature of the skin in °C",
         kind: 17,
         place: Place::Strength,
         parameters: &[Parameter {

@@ -1,4 +1,4 @@
-//! Viscous drag: force += c v A/A0 along the motion, built up as 1 − exp(−s_turn / 0.2 mm).
+//! Viscous drag, built up over a path after touch or a turn.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -12,6 +12,7 @@ impl Effect for ViscousDrag {
     const LAW: Law = Law {
         name: "viscous_drag",
         family: "speed",
+        formula: "force += coefficient_n_s_per_mm v A/A0 (1 − e^(−s_turn/0.2)) along the motion, v the speed in mm/s",
         kind: 4,
         place: Place::Drag,
         parameters: &[Parameter {

@@ -1,4 +1,4 @@
-//! A film of sebum that settles on the plate in the course of a series: strength × (1 − a (1 − e^(−t/tau))).
+//! A film of sebum that settles on the plate in the course of a series.
 
 use super::{Axis, Change, Column, Conditions, Effect, Law, Parameter, Place, Real, Reported, VALUES};
 
@@ -9,6 +9,7 @@ impl Effect for SebumFilm {
     const LAW: Law = Law {
         name: "sebum_film",
         family: "film",
+        formula: "strength × (1 − fraction (1 − e^(−t/tau_s))), t the clock of the session in s",
         kind: 21,
         place: Place::Strength,
         parameters: &[

@@ -1,7 +1,8 @@
 //! Axes, ticks and the frame of a chart.
 
-use super::canvas::{Canvas, HPos, Line, Text, VPos};
-use super::colour::{Colour, FAINT, GREY, INK};
+use super::canvas::{Canvas, HPos, Line, Marker, Text, VPos};
+use super::colour::{Colour, FAINT, GREY};
+use super::font;
 use super::numbers::fixed;
 
 /// An axis, linear or logarithmic.
@@ -177,9 +178,62 @@ impl Panel {
     }
 }
 
-/// A name in a legend, beside its sample.
-pub fn legend_text(canvas: &mut Canvas, at: (f64, f64), text: &str) {
-    canvas.text(text, at, Text { colour: INK, ..Text::BODY });
+/// What stands beside a name in a legend.
+#[derive(Clone, Copy)]
+pub enum Sample {
+    /// A data point, filled or with a rim.
+    Point(Marker, bool),
+    /// A line.
+    Line,
+    /// A coloured area.
+    Area,
+}
+
+/// Names of what a figure shows, in rows above it.
+pub struct Legend<'a> {
+    /// Width of the figure, px.
+    pub width: f64,
+    /// Samples with names and colours, in their order.
+    pub entries: Vec<(Sample, &'a str, Colour)>,
+}
+
+impl Legend<'_> {
+    /// Height of a row, of the space around all rows, and the left edge, px.
+    const ROW: f64 = 20.0;
+    const AROUND: f64 = 14.0;
+    const LEFT: f64 = 14.0;
+
+    /// Left end of each entry, and the middle of its row.
+    fn places(&self) -> Vec<(f64, f64)> {
+        let (mut x, mut y) = (Self::LEFT, Self::AROUND);
+        let mut place = |(_, name, _): &(Sample, &str, Colour)| {
+            let width = 28.0 + font::width(name, Text::BODY.em, false);
+            if x > Self::LEFT && x + width > self.width - Self::LEFT {
+                (x, y) = (Self::LEFT, y + Self::ROW);
+            }
+            let at = (x, y);
+            x += width + 20.0;
+            at
+        };
+        self.entries.iter().map(&mut place).collect()
+    }
+
+    /// Height of all rows, px.
+    pub fn height(&self) -> f64 {
+        self.places().last().map_or(0.0, |(_, y)| y + Self::AROUND)
+    }
+
+    /// Draws it from the figure's upper edge on.
+    pub fn draw(&self, canvas: &mut Canvas) {
+        for ((sample, name, colour), (x, y)) in self.entries.iter().zip(self.places()) {
+            match sample {
+                Sample::Point(marker, filled) => canvas.marker(*marker, (x + 10.0, y), 3.4, *colour, *filled),
+                Sample::Line => canvas.line(&[(x, y), (x + 20.0, y)], Line::solid(*colour, 2.2)),
+                Sample::Area => canvas.rect(x + 2.0, y - 6.0, 16.0, 12.0, *colour),
+            }
+            canvas.text(name, (x + 28.0, y), Text::BODY.within(name, self.width - x - 28.0 - 4.0));
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Charts: friction against force, force and area against depth, everything against travel.
 
-use super::axes::{Axis, Panel, legend_text};
-use super::canvas::{Canvas, Figure, HPos, Line, Marker, Text};
-use super::colour::{Colour, ESTIMATE, GREY, INK, MODEL, PAIR, SERIES, WHITE};
+use super::axes::{Axis, Panel};
+use super::canvas::{Canvas, Figure, Line, Marker, Text};
+use super::colour::{ESTIMATE, GREY, INK, MODEL, PAIR, WHITE};
 use super::font;
 use super::numbers::{DepthNumbers, Numbers, fixed};
+use super::traces::{Trace, TraceChart};
 
 /// Radius of a data point, px.
 const R: f64 = 4.5;
@@ -89,174 +90,75 @@ impl Figure for Figure2<'_> {
         let (x, mut y) = (panel.left + panel.width - 276.0, panel.top + 16.0);
         canvas.rect(x - 24.0, y - 12.0, 300.0, if shown { 112.0 } else { 90.0 }, WHITE);
         canvas.marker(Marker::Circle, (x, y), R, INK, true);
-        legend_text(canvas, (x + 24.0, y), "measured (Table 1)");
+        canvas.text("measured (Table 1)", (x + 24.0, y), Text::BODY);
         y += 22.0;
         canvas.line(&[(x - 14.0, y), (x + 14.0, y)], fit_line);
         let name = "the paper's fit, F/N = 1.13 N";
-        legend_text(canvas, (x + 24.0, y), name);
+        canvas.text(name, (x + 24.0, y), Text::BODY);
         let after = x + 25.0 + font::width(name, Text::BODY.em, false);
         canvas.text("−1/3", (after, y - 5.0), Text { em: 9.0, ..Text::BODY });
         y += 22.0;
         canvas.line(&[(x - 14.0, y), (x + 14.0, y)], model_line);
         canvas.marker(Marker::Square, (x, y), OPEN, MODEL, false);
-        legend_text(canvas, (x + 24.0, y), "this model, kinetic");
+        canvas.text("this model, kinetic", (x + 24.0, y), Text::BODY);
         if shown {
             y += 22.0;
             canvas.marker(Marker::Triangle, (x, y), R, ESTIMATE, false);
-            legend_text(canvas, (x + 24.0, y), "the law over the frictionless pressure");
+            canvas.text("the law over the frictionless pressure", (x + 24.0, y), Text::BODY);
         }
         y += 22.0;
         canvas.line(&[(x - 14.0, y), (x + 14.0, y)], Line::solid(PAIR, 1.2));
-        legend_text(canvas, (x + 24.0, y), "same depth");
+        canvas.text("same depth", (x + 24.0, y), Text::BODY);
     }
 }
 
 /// Normal force and contact area against depth.
-pub struct NormalArea<'a> {
-    /// Numbers of the figure.
-    pub numbers: &'a Numbers,
-    /// Charts in a row.
-    pub columns: usize,
+pub fn normal_area(numbers: &Numbers) -> Vec<TraceChart> {
+    type Pick = fn(&DepthNumbers) -> [Option<f64>; 2];
+    let charts: [(&str, f64, Pick); 2] = [
+        ("Normal force, N", 0.5, |d| [d.normal_force_n.measured, d.normal_force_n.model]),
+        ("Contact area, mm²", 100.0, |d| [d.contact_area_mm2.measured, d.contact_area_mm2.model]),
+    ];
+    let chart = |(label, least, of): (&str, f64, Pick)| {
+        let points = |k: usize| numbers.depths.iter().map(|d| [d.depth_mm, nan(of(d)[k])]).collect();
+        let model = Trace { name: "this model, kinetic".into(), points: points(1), ..Trace::default() };
+        TraceChart {
+            labels: ["Depth, mm".into(), label.into()],
+            least: [0.0, least],
+            traces: vec![model, measured(points(0))],
+            ..TraceChart::default()
+        }
+    };
+    charts.map(chart).into()
 }
 
-impl Figure for NormalArea<'_> {
-    fn size(&self) -> (u32, u32) {
-        (456 * self.columns as u32, 390 * (2 / self.columns as u32))
-    }
-
-    fn draw(&self, canvas: &mut Canvas) {
-        let depths = &self.numbers.depths;
-        type Pick = fn(&DepthNumbers) -> [Option<f64>; 2];
-        let panels: [(&str, f64, Pick); 2] = [
-            ("Normal force, N", 0.5, |d| [d.normal_force_n.measured, d.normal_force_n.model]),
-            ("Contact area, mm²", 100.0, |d| [d.contact_area_mm2.measured, d.contact_area_mm2.model]),
-        ];
-        for (i, (label, least, of)) in panels.into_iter().enumerate() {
-            let panel = Panel {
-                left: 56.0 + 456.0 * (i % self.columns) as f64,
-                top: 66.0 + 390.0 * (i / self.columns) as f64,
-                width: 370.0,
-                height: 264.0,
-                x: Axis::covering("Depth, mm", [0.5, 1.5], depths.iter().map(|d| d.depth_mm), 4),
-                y: Axis::covering(label, [0.0, least], depths.iter().flat_map(|d| of(d).map(nan)), 5),
-            };
-            panel.draw(canvas);
-            let model = panel.path(depths.iter().map(|d| (d.depth_mm, of(d)[1])));
-            canvas.line(&model, Line::solid(MODEL, 2.0));
-            for at in model {
-                canvas.marker(Marker::Square, at, OPEN, MODEL, false);
-            }
-            for at in panel.path(depths.iter().map(|d| (d.depth_mm, of(d)[0]))) {
-                canvas.marker(Marker::Circle, at, R, INK, true);
-            }
-        }
-        let y = 16.0;
-        canvas.marker(Marker::Circle, (34.0, y), R, INK, true);
-        legend_text(canvas, (48.0, y), "measured (Table 1)");
-        canvas.line(&[(196.0, y), (224.0, y)], Line::solid(MODEL, 2.0));
-        canvas.marker(Marker::Square, (210.0, y), OPEN, MODEL, false);
-        legend_text(canvas, (234.0, y), "this model, kinetic");
-    }
+/// Table 1 as dots.
+fn measured(points: Vec<[f64; 2]>) -> Trace {
+    Trace { name: "measured (Table 1)".into(), points, is_dots: true, ..Trace::default() }
 }
 
 /// Friction, friction coefficient and stick ratio against travel; normal force during the press.
-pub struct Travel<'a> {
-    /// Numbers of the figure.
-    pub numbers: &'a Numbers,
-    /// Charts in a row.
-    pub columns: usize,
-}
-
-impl Travel<'_> {
-    fn look(i: usize) -> (Colour, Marker) {
-        (SERIES[i % SERIES.len()], Marker::SERIES[i % Marker::SERIES.len()])
-    }
-
-    fn series(&self, canvas: &mut Canvas, panel: &Panel, of: impl Fn(&DepthNumbers) -> Vec<(f64, Option<f64>)>) {
-        panel.draw(canvas);
-        let mut ends = Vec::new();
-        for (i, depth) in self.numbers.depths.iter().enumerate() {
-            let (colour, marker) = Self::look(i);
-            let path = panel.path(of(depth).into_iter());
-            canvas.line(&path, Line::solid(colour, 1.9));
-            for at in spaced(&path, 46.0, 12.0 * i as f64) {
-                canvas.marker(marker, at, 3.4, colour, false);
-            }
-            let end = path.iter().rev().find(|p| p.1.is_finite()).map_or(f64::NAN, |p| p.1);
-            ends.push((end, format!("{} mm", fixed(depth.depth_mm, 2)), colour));
-        }
-        panel.label_ends(canvas, ends);
-    }
-}
-
-impl Figure for Travel<'_> {
-    fn size(&self) -> (u32, u32) {
-        (470 * self.columns as u32, 366 * (4 / self.columns as u32))
-    }
-
-    fn draw(&self, canvas: &mut Canvas) {
-        let depths = &self.numbers.depths;
-        let place = |i: usize, x: &Axis, y: Axis| Panel {
-            left: 54.0 + 470.0 * (i % self.columns) as f64,
-            top: 46.0 + 366.0 * (i / self.columns) as f64,
-            width: 332.0,
-            height: 254.0,
-            x: x.clone(),
-            y,
-        };
-        let slides = || depths.iter().flat_map(|d| &d.slide);
-        let travel = Axis::covering("Slide, mm", [0.0, 1.0], slides().map(|p| p.travel_mm), 6);
-        let friction = slides().map(|p| nan(p.friction_n));
-        let panel = place(0, &travel, Axis::covering("Friction F, N", [0.0, 0.5], friction, 5));
-        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_n)).collect());
-
-        let ratio = slides().map(|p| nan(p.friction_coefficient));
-        let panel = place(1, &travel, Axis::covering("Friction over normal force, F/N", [0.0, 1.0], ratio, 5));
-        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.friction_coefficient)).collect());
-
-        let stick = slides().map(|p| nan(p.stick_ratio));
-        let panel =
-            place(2, &travel, Axis::covering("Stick ratio (stuck area over contact area)", [0.0, 1.0], stick, 5));
-        self.series(canvas, &panel, |d| d.slide.iter().map(|p| (p.travel_mm, p.stick_ratio)).collect());
-
-        let depth = depths.iter().flat_map(|d| d.press.iter().map(|p| p.depth_mm).chain([d.depth_mm]));
-        let depth = Axis::covering("Depth, mm", [0.0, 1.5], depth, 6);
-        let pressed = depths.iter().flat_map(|d| d.press.iter().map(|p| nan(p.normal_force_n)));
-        let measured = depths.iter().map(|d| nan(d.normal_force_n.measured));
-        let force = Axis::covering("Normal force N during the press, N", [0.0, 0.5], pressed.chain(measured), 5);
-        let panel = place(3, &depth, force);
-        panel.draw(canvas);
-        for (i, d) in depths.iter().enumerate() {
-            let (colour, marker) = Self::look(i);
-            let path = panel.path(d.press.iter().map(|p| (p.depth_mm, p.normal_force_n)));
-            canvas.line(&path, Line::solid(colour, 1.9));
-            if let Some(at) = path.last() {
-                canvas.marker(marker, *at, R, colour, false);
-            }
-        }
-        for d in depths {
-            canvas.marker(Marker::Circle, panel.at(d.depth_mm, nan(d.normal_force_n.measured)), R, INK, true);
-        }
-        let (x, y) = (panel.left + 16.0, panel.top + 14.0);
-        canvas.marker(Marker::Circle, (x, y), R, INK, true);
-        legend_text(canvas, (x + 14.0, y), "measured (Table 1)");
-        let line = Line::solid(GREY, 1.9);
-        canvas.line(&[(x - 8.0, y + 20.0), (x + 8.0, y + 20.0)], line);
-        canvas.text("this model, before the slide", (x + 14.0, y + 20.0), Text { h: HPos::Left, ..Text::BODY });
-    }
-}
-
-/// Points of the path about `every` px apart in x, the first `first` px from its start.
-fn spaced(path: &[(f64, f64)], every: f64, first: f64) -> Vec<(f64, f64)> {
-    let Some(start) = path.first() else { return Vec::new() };
-    let mut next = start.0 + 14.0 + first;
-    let mut points = Vec::new();
-    for pair in path.windows(2) {
-        while pair[1].0 >= next && pair[1].0 > pair[0].0 {
-            let s = ((next - pair[0].0) / (pair[1].0 - pair[0].0)).max(0.0);
-            points.push((next, pair[0].1 + s * (pair[1].1 - pair[0].1)));
-            next += every;
-        }
-    }
-    points
+pub fn travel(numbers: &Numbers) -> Vec<TraceChart> {
+    type Pick = fn(&DepthNumbers) -> Vec<[f64; 2]>;
+    let charts: [([&str; 2], f64, Pick); 4] = [
+        (["Slide, mm", "Friction F, N"], 0.5, |d| d.slide.iter().map(|p| [p.travel_mm, nan(p.friction_n)]).collect()),
+        (["Slide, mm", "Friction over normal force, F/N"], 1.0, |d| {
+            d.slide.iter().map(|p| [p.travel_mm, nan(p.friction_coefficient)]).collect()
+        }),
+        (["Slide, mm", "Stick ratio (stuck area over contact area)"], 1.0, |d| {
+            d.slide.iter().map(|p| [p.travel_mm, nan(p.stick_ratio)]).collect()
+        }),
+        (["Depth, mm", "Normal force N during the press, N"], 0.5, |d| {
+            d.press.iter().map(|p| [p.depth_mm, nan(p.normal_force_n)]).collect()
+        }),
+    ];
+    let chart = |(labels, least, of): ([&str; 2], f64, Pick)| {
+        let end = |d: &DepthNumbers| format!("{} mm", fixed(d.depth_mm, 2));
+        let traces = numbers.depths.iter().map(|d| Trace { end: end(d), points: of(d), ..Trace::default() }).collect();
+        TraceChart { labels: labels.map(str::to_owned), least: [0.0, least], traces, ..TraceChart::default() }
+    };
+    let mut out: Vec<TraceChart> = charts.map(chart).into();
+    let points = numbers.depths.iter().map(|d| [d.depth_mm, nan(d.normal_force_n.measured)]).collect();
+    out[3].traces.push(measured(points));
+    out
 }

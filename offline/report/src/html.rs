@@ -49,9 +49,14 @@ pub(super) fn document(title: &str, main: Markup) -> String {
     page.into_string()
 }
 
-/// Running text that keeps numbers and their units on one line.
-pub(super) fn prose(text: &str) -> String {
-    [" mm", " %", " N/mm", " kPa"].iter().fold(text.to_owned(), |t, unit| t.replace(unit, &unit.replace(' ', "\u{a0}")))
+/// Running text: numbers stay on one line with their units, and names with underscores are in code type.
+pub(super) fn prose(text: &str) -> Markup {
+    let text =
+        [" mm", " %", " N/mm", " kPa"].iter().fold(text.to_owned(), |t, u| t.replace(u, &u.replace(' ', "\u{a0}")));
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let parts =
+        text.split_inclusive(|c| !is_name(c)).map(|part| part.split_at(part.trim_end_matches(|c| !is_name(c)).len()));
+    html! { @for (name, after) in parts { @if name.contains('_') { code { (name) } } @else { (name) } (after) } }
 }
 
 /// A cell with a number.

@@ -302,6 +302,7 @@ pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError
     let numbers = Numbers::of(report);
     let numbers = &numbers;
     let columns = |narrow: bool| if narrow { 1 } else { 2 };
+    let (areas, travel) = (curves::normal_area(numbers), curves::travel(numbers));
     let mut figures = vec![
         Picture::wide_and_narrow(
             "figure2",
@@ -313,13 +314,13 @@ pub fn render(report: &BuildReport, mesh: &Mesh) -> Result<Rendered, ReportError
             "normal_area",
             "Normal force and contact area against depth",
             captions::normal_area(numbers),
-            |narrow| curves::NormalArea { numbers, columns: columns(narrow) },
+            |narrow| traces::Charts { charts: &areas, columns: columns(narrow) },
         ),
         Picture::wide_and_narrow(
             "travel",
             "Friction, stick ratio and normal force along the path",
             captions::travel(numbers),
-            |narrow| curves::Travel { numbers, columns: columns(narrow) },
+            |narrow| traces::Charts { charts: &travel, columns: columns(narrow) },
         ),
     ];
     for (scale, maps, depth) in contact_maps::per_depth(report, numbers, mesh) {

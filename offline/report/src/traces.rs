@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use super::axes::{Axis, Panel, legend_text};
+use super::axes::{Axis, Panel};
 use super::canvas::{Canvas, Figure, Line, Marker, Text, svg};
 use super::colour::{Colour, GREY, INK, SERIES};
 
@@ -138,7 +138,7 @@ impl TraceChart {
             let (x, y) = (panel.left, top + 31.0 + LEGEND * line as f64);
             let sample = if trace.is_dots { vec![(x + 10.0, y)] } else { vec![(x, y), (x + 20.0, y)] };
             trace.draw(canvas, &sample, trace.colour(k));
-            legend_text(canvas, (x + 27.0, y), &trace.name);
+            canvas.text(&trace.name, (x + 27.0, y), Text::BODY);
         }
         if self.traces.is_empty() {
             canvas.text("no data", panel.at(panel.x.min(), panel.y.max()), Text { colour: GREY, ..Text::BODY });

@@ -6,8 +6,8 @@ use fingerpad::Effects;
 use fingerpad::host::ModelFile;
 use fingerpad_diagnose::runs_csv;
 use fingerpad_diagnose::{
-    Confidence, Correction, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model, power,
-    replay_all, stability,
+    Confidence, Correction, DriverPlot, Power, PowerSettings, Redecision, SelectionSettings, Verdict, corrected_model,
+    power, replay_all, stability,
 };
 use fingerpad_tests::synthetic_truth::csv;
 use fingerpad_tests::synthetic_truth::effects::place;
@@ -53,6 +53,7 @@ fn reproduces_the_gap_after(cases: &[(u64, &'static str, f64)]) {
         let case = case(seed, law(name), size, 0, 60, true);
         let (report, evidence) = run_with_evidence(&case.calibration, &case.measured, Some(&case.holdout));
         assert_eq!(report.verdict, Verdict::Named, "seed {seed} {name}");
+        the_curve_is_the_law(&evidence.drivers[0]);
         let made = corrected_model(shipped().file().model.data(), &reference(), &evidence).unwrap();
         // As `fingerpad eval --runs` reads it: the file alone, on the hold-out set as it was measured.
         let file = ModelFile::new(&made.bytes).unwrap();
@@ -72,6 +73,24 @@ fn reproduces_the_gap_after(cases: &[(u64, &'static str, f64)]) {
             assert!(ratio > 0.94 && ratio < 1.45, "seed {seed} {name}: {rms_n:?} {stated:?}");
         }
     }
+}
+
+/// The curve of a driver's figure goes through what the law does in the runs, within a band that is wider nowhere than the law is tall.
+fn the_curve_is_the_law(plot: &DriverPlot) {
+    let most = plot.points.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
+    assert!(plot.curve.len() > 20 && most > 0.02, "{}: {} points, {most}", plot.law, plot.curve.len());
+    let (mut off, mut held) = (Vec::new(), 0);
+    for [x, residual, law] in &plot.points {
+        let near = |c: &&[f64; 3]| (c[0] - x).abs();
+        let [_, curve, half] = plot.curve.iter().min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+        assert!((0.0..most).contains(half), "{} at {x}: {half} of {most}", plot.law);
+        off.push((curve - law).abs());
+        held += usize::from((residual - curve).abs() < half.hypot(3.0 * plot.run_sd).max(0.5 * most));
+    }
+    off.sort_by(f64::total_cmp);
+    let median = off[off.len() / 2];
+    assert!(median < 0.1 * most, "{}: the curve is {median} off the law of {most}", plot.law);
+    assert!(5 * held > 4 * plot.points.len(), "{}: {held} of {} points near the curve", plot.law, plot.points.len());
 }
 
 /// A stored set of an independent simulator: the strength falls over the session, and moisture with it.
@@ -126,7 +145,7 @@ fn a_calibration_that_scatters_too_much_is_no_basis() {
     let json: serde_json::Value = serde_json::from_str(&rendered.json).unwrap();
     let title = json["title"].as_str().unwrap();
     assert!(title.starts_with("No result: the calibration runs scatter by"), "{title}");
-    assert!(rendered.html.contains(&format!("<h1>{title}")));
+    assert!(rendered.html.replace('\u{a0}', " ").contains(&format!("<h1>{title}")));
     assert!(fingerpad_report::diagnosis::summary(&report).contains("(No result: "));
 }
 

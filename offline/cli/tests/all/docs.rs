@@ -97,6 +97,18 @@ fn every_command_of_the_documents_runs() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Formulas stand in the library; the page has the same, and they name each of their parameters.
+#[test]
+fn the_table_of_laws_has_the_formulas_of_the_library() {
+    let text = fs::read_to_string(root().join("docs/diagnose.md")).unwrap();
+    for law in fingerpad::effects::LAWS {
+        let row = format!("| {} | {} | {} |", law.name, law.family, law.formula);
+        assert!(text.contains(&row), "docs/diagnose.md does not have: {row}");
+        let words: Vec<&str> = law.formula.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).collect();
+        assert!(law.parameters.iter().all(|p| words.contains(&p.name)), "{row}");
+    }
+}
+
 #[test]
 fn every_link_leads_somewhere() {
     let mut wrong = Vec::new();

@@ -17,6 +17,7 @@ mod limit_surfaces;
 mod models;
 mod own_columns;
 mod pads;
+mod pages;
 mod simulate;
 mod tables;
 mod tips;

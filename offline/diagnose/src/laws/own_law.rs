@@ -61,6 +61,15 @@ impl Target {
         }
     }
 
+    /// The change of the model by a formula, as the library's laws have it.
+    fn changed_by(self, formula: &str) -> String {
+        match self.name() {
+            name @ ("strength" | "stiffness") => format!("{name} × (1 + {formula})"),
+            "depth" => format!("depth += ({formula}) mm"),
+            reading => format!("{} += ({formula}) N", reading.replace("reading_", "")),
+        }
+    }
+
     /// Lets a value act; one that is not finite, from a driver that is not known, leaves the law out.
     fn act(self, value: f64, change: &mut Change<f64>) {
         if !value.is_finite() {
@@ -189,6 +198,7 @@ impl OwnLaw {
         let blank: &'static Law = Box::leak(Box::new(Law {
             name: name.to_owned().leak(),
             family: "",
+            formula: "",
             kind: FIRST_KIND + place as u32,
             place: target.place(),
             parameters: &[],
@@ -278,6 +288,7 @@ impl OwnLaw {
         self.law = Box::leak(Box::new(Law {
             name: self.law.name,
             family: family.to_owned().leak(),
+            formula: self.target.changed_by(&self.text).leak(),
             kind: self.law.kind,
             place: self.target.place(),
             parameters: parameters.leak(),

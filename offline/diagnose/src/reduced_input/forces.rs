@@ -2,7 +2,7 @@
 
 use crate::data::suspicions::of_trace;
 use crate::data::trace_csv::{Trace, TraceRow};
-use crate::laws::LAWS;
+use crate::laws::{LAWS, find};
 use crate::reduced_input::tare::{LEAST_ROWS, Sliding, TARE_SD_N, TareFit, fit_tare, sliding_rows};
 use crate::reduced_input::{Plot, ReducedDiagnosis, reduced_report};
 use crate::schema::{BaselineParameter, CandidateLaw, Caution, EffectFound, FittedParameter, LawTest, Verdict};
@@ -164,6 +164,7 @@ fn effect(tare_n: [f64; 3], half_n: [f64; 3], size: f64, gain_2ll: f64, p: f64) 
     EffectFound {
         law: "tare_bias".into(),
         family: "tare".into(),
+        formula: find("tare_bias").map_or_else(String::new, |law| law.formula.into()),
         parameters: (0..3)
             .map(|k| FittedParameter {
                 name: names[k].into(),

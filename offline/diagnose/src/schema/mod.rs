@@ -70,6 +70,9 @@ pub struct EffectFound {
     pub law: String,
     /// Its family.
     pub family: String,
+    /// What it does to the model, with its parameters by their names; empty where no law of the library or of a user's file has it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub formula: String,
     /// Parameters, fitted inside the model.
     pub parameters: Vec<FittedParameter>,
     /// 90th percentile of the relative change of force.

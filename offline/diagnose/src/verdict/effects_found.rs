@@ -12,7 +12,7 @@ use crate::selection::acceptance::decisive_p;
 use crate::selection::forward::Selection;
 use crate::statistics::calibration::Calibration;
 use crate::verdict::decision::{Decision, families};
-use crate::verdict::evidence::{DriverPlot, driver_plot};
+use crate::verdict::driver_plot::DriverPlot;
 use crate::verdict::instrument::NORMAL_95;
 
 /// The claimed effects, strongest first, each with its figure.
@@ -30,6 +30,7 @@ pub fn effects(decision: &Decision<'_>) -> (Vec<EffectFound>, Vec<DriverPlot>) {
         let effect = EffectFound {
             law: active.law.name.into(),
             family: active.law.family.into(),
+            formula: active.law.formula.into(),
             parameters: parameters(
                 active,
                 &fit.covariance,
@@ -59,8 +60,9 @@ pub fn effects(decision: &Decision<'_>) -> (Vec<EffectFound>, Vec<DriverPlot>) {
                 .collect(),
         };
         debug_assert_eq!(families(hypotheses)[0], active.law.family);
+        let plot = DriverPlot::of(decision, (active, others), [&without, &with], (at, quantile));
         at += active.values.len();
-        out.push((effect, driver_plot(set, active, &without, &with, &decision.task.readings_n)));
+        out.push((effect, plot));
     }
     out.sort_by(|a, b| b.0.gain_2ll.total_cmp(&a.0.gain_2ll));
     out.into_iter().unzip()

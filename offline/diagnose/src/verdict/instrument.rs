@@ -76,6 +76,7 @@ pub fn effect(differing: &Differing, without: &Decision<'_>, with: &Decision<'_>
     EffectFound {
         law: FORCE_LAG.into(),
         family: FORCE_LAG.into(),
+        formula: "reading(t) = force(t − lag_s)".into(),
         parameters: vec![FittedParameter {
             name: "lag_s".into(),
             value: lag_s,

@@ -14,6 +14,7 @@ pub mod corrected_model;
 pub mod cross_validation;
 pub mod decision;
 pub mod diagnosis;
+pub mod driver_plot;
 pub mod dry_run;
 mod effects_found;
 pub mod evidence;

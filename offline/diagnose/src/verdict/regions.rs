@@ -6,7 +6,7 @@ use crate::data::runs::RunSet;
 use crate::laws::run_columns;
 use crate::laws::{Column, LawsFile, Row};
 use crate::schema::{Region, Verdict};
-use crate::verdict::evidence::FULL_SLIP_MM;
+use crate::verdict::driver_plot::FULL_SLIP_MM;
 use crate::verdict::selected::Selected;
 
 /// Where simulation and measurement disagree.

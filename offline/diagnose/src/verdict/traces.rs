@@ -10,6 +10,10 @@ use crate::statistics::task::Task;
 pub struct ForceTrace {
     /// The run.
     pub run: String,
+    /// Time since the run's first row, s.
+    pub t_s: Vec<f64>,
+    /// When the plate slides in contact, from and to, s.
+    pub slides_s: Vec<[f64; 2]>,
     /// Readings of each row; NaN where one is left out.
     pub readings_n: Vec<[f64; 2]>,
     /// Predictions as calibrated, refitted, and with the claimed effects.
@@ -53,8 +57,19 @@ pub fn worst_traces(
                 };
                 (0..run.rows.len()).map(of_row).collect()
             };
+            let t_s: Vec<f64> = run.rows.iter().map(|row| row.t_s - run.rows[0].t_s).collect();
+            let mut slides_s: Vec<[f64; 2]> = Vec::new();
+            // A row slides where the plate moved since the row before.
+            for (i, _) in run.rows.iter().enumerate().filter(|(i, row)| *i > 0 && row.speed_mm_s > 0.0) {
+                match slides_s.last_mut().filter(|slide| slide[1] == t_s[i - 1]) {
+                    Some(slide) => slide[1] = t_s[i],
+                    None => slides_s.push([t_s[i - 1], t_s[i]]),
+                }
+            }
             ForceTrace {
                 run: run.labels.run.clone(),
+                t_s,
+                slides_s,
                 readings_n: pairs(&task.readings_n),
                 models_n: [&models[0], &models[1], &models[2]].map(|m| pairs(m)),
             }

@@ -14,7 +14,7 @@ use crate::model::active_law::ActiveLaw;
 use crate::schema::{Confidence, Diagnosis, Seen, Verdict, Witness};
 use crate::statistics::products::dot;
 use crate::statistics::tails::f_tail;
-use crate::verdict::evidence::FULL_SLIP_MM;
+use crate::verdict::driver_plot::FULL_SLIP_MM;
 
 /// p of a column that is seen, over the number of columns.
 const LEVEL: f64 = 1e-3;

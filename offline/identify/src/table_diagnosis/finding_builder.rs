@@ -297,6 +297,7 @@ impl FindingBuilder<'_> {
             EffectFound {
                 law: effect.name().into(),
                 family: effect.name().into(),
+                formula: String::new(),
                 parameters: parameters_of(best, |p| own.contains(&p)),
                 size_p90_relative: changes.iter().copied().fold(0.0, f64::max),
                 gain_2ll: gain,

@@ -1,11 +1,12 @@
-//! Forces over rows and against each other.
+//! Forces over time and against each other.
 
-use crate::axes::{Axis, Panel};
-use crate::canvas::{Canvas, Figure, Line, Marker, Text};
-use crate::colour::{GREY, INK, MODEL, SERIES, WHITE, mix};
+use super::figures::width;
+use crate::axes::{Axis, Legend, Panel, Sample};
+use crate::canvas::{Canvas, Figure, Line, Marker};
+use crate::colour::{Colour, GREY, INK, MODEL, SERIES, rgb};
 use fingerpad_diagnose::{ForceTrace, Plot};
 
-/// Forces of the worst runs, measured and by the three models.
+/// Forces of the worst runs over time, measured and by the three models.
 pub struct Traces<'a> {
     /// The plotted runs.
     pub traces: &'a [ForceTrace],
@@ -15,57 +16,66 @@ pub struct Traces<'a> {
     pub narrow: bool,
 }
 
-const TRACE: f64 = 214.0;
+/// Height of a panel with its labels, px.
+const TRACE: f64 = 224.0;
+/// Behind the time in which the plate slides.
+const SLIDES: Colour = rgb(0xf0f2f5);
+
+impl Traces<'_> {
+    fn models(&self) -> &[(&'static str, Colour)] {
+        const MODELS: [(&str, Colour); 3] =
+            [("as calibrated", rgb(0xa3a8ae)), ("refitted", MODEL), ("with the effect", SERIES[1])];
+        if self.claimed { &MODELS } else { &MODELS[..2] }
+    }
+
+    fn legend(&self) -> Legend<'_> {
+        let mut entries = vec![(Sample::Point(Marker::Circle, true), "measured", INK)];
+        entries.extend(self.models().iter().map(|(name, colour)| (Sample::Line, *name, *colour)));
+        entries.push((Sample::Area, "the plate slides", SLIDES));
+        Legend { width: f64::from(self.size_in(0.0).0), entries }
+    }
+
+    /// Width and height under a legend of a height.
+    fn size_in(&self, legend: f64) -> (u32, u32) {
+        let runs = self.traces.len().max(1) as f64;
+        if self.narrow { (380, (legend + 2.0 * runs * TRACE) as u32) } else { (1120, (legend + 2.0 * TRACE) as u32) }
+    }
+}
 
 impl Figure for Traces<'_> {
     fn size(&self) -> (u32, u32) {
-        let height = TRACE * self.traces.len().max(1) as f64;
-        if self.narrow { (380, (68.0 + 2.0 * height) as u32) } else { (940, (48.0 + height) as u32) }
+        self.size_in(self.legend().height())
     }
 
     fn draw(&self, canvas: &mut Canvas) {
-        let models = [("as calibrated", mix(WHITE, GREY, 0.6)), ("refitted", MODEL), ("with the effect", SERIES[1])];
-        let shown = if self.claimed { &models[..] } else { &models[..2] };
-        // On a narrow page the legend has two rows of two.
-        let place = |i: usize| {
-            if self.narrow {
-                (46.0 + 160.0 * (i % 2) as f64, 16.0 + 20.0 * (i / 2) as f64)
-            } else {
-                (70.0 + 130.0 * i as f64, 16.0)
-            }
-        };
-        let (x, y) = place(0);
-        canvas.marker(Marker::Circle, (x, y), 2.6, INK, true);
-        canvas.text("measured", (x + 10.0, y), Text::BODY);
-        for (i, (name, colour)) in shown.iter().enumerate() {
-            let (x, y) = place(i + 1);
-            canvas.line(&[(x, y), (x + 22.0, y)], Line::solid(*colour, 2.2));
-            canvas.text(name, (x + 30.0, y), Text::BODY);
-        }
-        for (row, trace) in self.traces.iter().enumerate() {
+        let legend = self.legend();
+        legend.draw(canvas);
+        // A run is a column of two panels; on narrow pages all are in one column.
+        let column = legend.width / if self.narrow { 1.0 } else { self.traces.len().max(3) as f64 };
+        for (run, trace) in self.traces.iter().enumerate() {
             for (k, name) in ["normal force, N", "friction along the motion, N"].iter().enumerate() {
                 let forces = trace.readings_n.iter().chain(trace.models_n.iter().flatten()).map(|f| f[k]);
-                let (left, top, width) = if self.narrow {
-                    (46.0, 82.0 + TRACE * (2 * row + k) as f64, 322.0)
-                } else {
-                    (70.0 + 450.0 * k as f64, 62.0 + TRACE * row as f64, 370.0)
-                };
+                let place = if self.narrow { (0.0, (2 * run + k) as f64) } else { (run as f64, k as f64) };
+                let ends = [0.0, trace.t_s.last().copied().unwrap_or(1.0)];
                 let panel = Panel {
-                    left,
-                    top,
-                    width,
-                    height: TRACE - 74.0,
-                    x: Axis::covering("row of the run", [1.0, trace.readings_n.len() as f64], std::iter::empty(), 6),
+                    left: 50.0 + column * place.0,
+                    top: legend.height() + 34.0 + TRACE * place.1,
+                    width: column - 66.0,
+                    height: TRACE - 90.0,
+                    x: Axis::between("time since the run's first row, s", ends, 6),
                     y: Axis::covering(&format!("{}: {name}", trace.run), [0.0, 0.0], forces, 4),
                 };
-                panel.draw(canvas);
-                for ((_, colour), model) in shown.iter().zip(&trace.models_n) {
-                    let points: Vec<(f64, f64)> =
-                        (1..).zip(model).map(|(row, f)| panel.at(f64::from(row), f[k])).collect();
-                    canvas.line(&points, Line::solid(*colour, 2.0));
+                for [from, to] in &trace.slides_s {
+                    let ((left, top), (right, bottom)) = (panel.at(*from, panel.y.max()), panel.at(*to, panel.y.min()));
+                    canvas.rect(left, top, right - left, bottom - top, SLIDES);
                 }
-                for (row, f) in (1..).zip(&trace.readings_n).filter(|(_, f)| f[k].is_finite()) {
-                    canvas.marker(Marker::Circle, panel.at(f64::from(row), f[k]), 2.4, INK, true);
+                panel.draw(canvas);
+                let points = |list: &[[f64; 2]]| panel.path(trace.t_s.iter().zip(list).map(|(t, f)| (*t, Some(f[k]))));
+                for ((_, colour), model) in self.models().iter().zip(&trace.models_n) {
+                    canvas.line(&points(model), Line::solid(*colour, 2.0));
+                }
+                for at in points(&trace.readings_n) {
+                    canvas.marker(Marker::Circle, at, 2.0, INK, true);
                 }
             }
         }
@@ -76,28 +86,38 @@ impl Figure for Traces<'_> {
 pub struct Scatter<'a> {
     /// The plotted quantity.
     pub plot: &'a Plot,
-    /// Whether it is for a narrow page: the legend above the panel.
+    /// Whether it is for a narrow page.
     pub narrow: bool,
 }
 
 impl Scatter<'_> {
-    /// Height of the legend above the panel, px.
-    fn above(&self) -> f64 {
-        if self.narrow { 20.0 * (self.plot.curves.len() + self.plot.points.len()) as f64 } else { 0.0 }
+    fn colour(curve: usize) -> Colour {
+        SERIES[(curve + 1) % SERIES.len()]
+    }
+
+    fn legend(&self) -> Legend<'_> {
+        let curves = self.plot.curves.iter().enumerate();
+        let curves = curves.map(|(i, (name, _))| (Sample::Line, name.as_str(), Self::colour(i)));
+        let points = self.plot.points.iter().enumerate();
+        let points = points.map(|(i, (name, _))| {
+            (Sample::Point(Marker::Circle, i == 0), name.as_str(), if i == 0 { INK } else { GREY })
+        });
+        Legend { width: width(self.narrow), entries: curves.chain(points).collect() }
+    }
+
+    /// Sides of the panel, px.
+    fn panel(&self) -> (f64, f64) {
+        let side = width(self.narrow) - 74.0;
+        (side, if self.plot.square { side } else { 270.0 })
     }
 }
 
 impl Figure for Scatter<'_> {
     fn size(&self) -> (u32, u32) {
-        match (self.narrow, self.plot.square) {
-            (true, square) => (380, self.above() as u32 + if square { 412 } else { 370 }),
-            (_, true) => (760, 600),
-            _ => (900, 430),
-        }
+        (width(self.narrow) as u32, (self.legend().height() + 36.0 + self.panel().1 + 56.0) as u32)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
-        let width = self.size().0;
         let all = || self.plot.points.iter().chain(&self.plot.curves).flat_map(|s| &s.1);
         let range = |k: usize| {
             let values = all().map(move |p| p[k]);
@@ -110,19 +130,16 @@ impl Figure for Scatter<'_> {
             let middle = |r: [f64; 2]| 0.5 * (r[1].max(0.0) + r[0].min(0.0));
             (x, y) = ([middle(x) - half, middle(x) + half], [middle(y) - half, middle(y) + half]);
         }
-        let (left, w, h) = match (self.narrow, self.plot.square) {
-            (true, square) => (58.0, 308.0, if square { 308.0 } else { 266.0 }),
-            (_, true) => (74.0, 480.0, 480.0),
-            _ => (74.0, 600.0, 320.0),
-        };
-        let ticks = if self.narrow { 4 } else { 6 };
+        let legend = self.legend();
+        legend.draw(canvas);
+        let (width, height) = self.panel();
         let panel = Panel {
-            left,
-            top: 42.0 + self.above(),
-            width: w,
-            height: h,
-            x: Axis::covering(&self.plot.x, x, std::iter::empty(), ticks),
-            y: Axis::covering(&self.plot.y, y, std::iter::empty(), ticks),
+            left: 58.0,
+            top: legend.height() + 36.0,
+            width,
+            height,
+            x: Axis::covering(&self.plot.x, x, std::iter::empty(), 5),
+            y: Axis::covering(&self.plot.y, y, std::iter::empty(), 5),
         };
         panel.draw(canvas);
         if self.plot.square {
@@ -131,26 +148,14 @@ impl Figure for Scatter<'_> {
             canvas.line(&[low, high], Line::solid(GREY, 0.8));
             canvas.line(&[left, right], Line::solid(GREY, 0.8));
         }
-        let (beside, mut legend) = if self.narrow { (14.0, 14.0) } else { (panel.left + w + 22.0, 60.0) };
-        let most = f64::from(width) - beside - 30.0;
-        for (i, (name, curve)) in self.plot.curves.iter().enumerate() {
-            let colour = SERIES[(i + 1) % SERIES.len()];
-            let points: Vec<(f64, f64)> = curve.iter().map(|p| panel.at(p[0], p[1])).collect();
-            canvas.line(&points, Line::solid(colour, 2.0));
-            let at = beside;
-            canvas.line(&[(at, legend), (at + 20.0, legend)], Line::solid(colour, 2.0));
-            canvas.text(name, (at + 28.0, legend), Text::BODY.within(name, most));
-            legend += 20.0;
-        }
-        for (i, (name, points)) in self.plot.points.iter().enumerate() {
-            let colour = if i == 0 { INK } else { GREY };
+        for (i, (_, points)) in self.plot.points.iter().enumerate() {
             for p in points {
-                canvas.marker(Marker::Circle, panel.at(p[0], p[1]), 3.0, colour, i == 0);
+                canvas.marker(Marker::Circle, panel.at(p[0], p[1]), 2.6, if i == 0 { INK } else { GREY }, i == 0);
             }
-            let at = beside + 10.0;
-            canvas.marker(Marker::Circle, (at, legend), 3.0, colour, i == 0);
-            canvas.text(name, (at + 18.0, legend), Text::BODY.within(name, most));
-            legend += 20.0;
+        }
+        for (i, (_, curve)) in self.plot.curves.iter().enumerate() {
+            let points: Vec<(f64, f64)> = curve.iter().map(|p| panel.at(p[0], p[1])).collect();
+            canvas.line(&points, Line::solid(Self::colour(i), 2.2));
         }
     }
 }

@@ -4,6 +4,7 @@
 //! experiment).
 //! Computes only sums of its inputs. May use: diagnose.
 
+mod captions;
 mod figures;
 mod force_plots;
 pub mod group;
@@ -13,7 +14,8 @@ mod residual_map;
 mod words;
 
 use super::{Picture, Rendered, ReportError};
-use fingerpad_diagnose::{Diagnosis, Evidence, FACTORS, NextExperiment, Plot, ReducedDiagnosis};
+pub(crate) use figures::width;
+use fingerpad_diagnose::{Diagnosis, Evidence, FACTORS, NextExperiment, Plot, ReducedDiagnosis, Verdict};
 pub use repeated::sentences as repetitions;
 pub use words::{cautions, summary, word};
 
@@ -24,48 +26,50 @@ pub use words::{cautions, summary, word};
 pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, ReportError> {
     let claimed = !report.effects.is_empty();
     let fe = report.fe_confirmation.as_ref();
-    let mut figures =
-        vec![Picture::wide_and_narrow("heldout", words::gap_title(report), words::gap_caption(report), |narrow| {
-            figures::GapBars { narrow, ..figures::GapBars::held_out(&report.holdout, claimed, fe) }
-        })];
+    let mut figures = Vec::new();
+    for (i, plot) in evidence.drivers.iter().enumerate() {
+        let unit = words::unit(&plot.column, &evidence.own);
+        let title =
+            format!("{} over {}, and the law {}", plot.channel, words::axis(&plot.column, ""), words::plain(&plot.law));
+        let title = title[..1].to_uppercase() + &title[1..];
+        let figure = |narrow| figures::Driver { plot, unit, narrow };
+        let caption = captions::driver_caption(plot);
+        figures.push(Picture::wide_and_narrow(&format!("driver_{}", i + 1), title, caption, figure));
+    }
+    let rms = |narrow| figures::GapBars::held_out(&report.holdout, claimed, fe, narrow);
+    let gap = Picture::wide_and_narrow("heldout", captions::gap_title(report), captions::gap_caption(report), rms);
+    let bars = Picture::wide_and_narrow(
+        "evidence",
+        "Evidence for every law against the baseline alone",
+        captions::bars_caption(report),
+        |narrow| figures::Bars { report, narrow },
+    );
     let scale = residual_map::scale(&evidence.maps.before);
     let map = |name, title, map| {
         let figure = |narrow| residual_map::ResidualMap { map, named: &evidence.maps.named, scale, narrow };
-        Picture::wide_and_narrow(name, title, words::map_caption(claimed), figure)
+        Picture::wide_and_narrow(name, title, captions::map_caption(claimed), figure)
     };
-    figures.push(map("map_before", words::map_title(claimed), &evidence.maps.before));
-    for (i, plot) in evidence.drivers.iter().enumerate() {
-        let unit = words::unit(&plot.column, &evidence.own);
-        let title = format!("Residual against {}, with the fitted law", words::column(&plot.column));
-        let figure = |narrow| figures::Driver { plot, unit, narrow };
-        let caption = words::driver_caption(plot);
-        figures.push(Picture::wide_and_narrow(&format!("driver_{}", i + 1), title, caption, figure));
-    }
+    let before = map("map_before", captions::map_title(claimed), &evidence.maps.before);
+    // The map shows where something is; without it the gap says that there is nothing.
+    let nothing = report.verdict == Verdict::None;
+    figures.extend(if nothing { [gap, bars, before] } else { [before, gap, bars] });
     if claimed {
         figures.push(map("map_after", "The same with the effect in the model", &evidence.maps.after));
     }
     figures.push(Picture::wide_and_narrow(
         "traces",
-        "Forces of the three worst runs",
-        words::traces_caption(),
+        "Forces of the three worst runs over time",
+        captions::traces_caption(),
         |narrow| force_plots::Traces { traces: &evidence.traces, claimed, narrow },
-    ));
-    figures.push(Picture::wide_and_narrow(
-        "evidence",
-        "Evidence for every law against the baseline alone",
-        words::bars_caption(report),
-        |narrow| figures::Bars { report, narrow },
     ));
     figures.extend(fe.map(|fe| {
         let title = "The finite elements with the effect inside their law";
-        Picture::wide_and_narrow("confirmation", title, words::confirmation_caption(fe), |narrow| figures::GapBars {
-            narrow,
-            ..figures::GapBars::confirmation(fe)
-        })
+        let figure = |narrow| figures::GapBars::confirmation(fe, narrow);
+        Picture::wide_and_narrow("confirmation", title, captions::confirmation_caption(fe), figure)
     }));
     figures.extend(report.stability.iter().map(repeated::stability_picture));
-    let json = serde_json::to_string_pretty(&Diagnosis { title: words::title(report), ..report.clone() })? + "\n";
-    Ok(Rendered { html: page::page(report, &figures), json, figures })
+    let json = serde_json::to_string_pretty(&Diagnosis { title: words::headline(report), ..report.clone() })? + "\n";
+    Ok(Rendered { html: page::page(report, &evidence.drivers, &figures), json, figures })
 }
 
 /// Page, numbers and figure of a diagnosis of forces alone or of a table.
@@ -73,7 +77,8 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
 /// # Errors
 /// [`ReportError::Json`].
 pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportError> {
-    let json = serde_json::to_string_pretty(&reduced.report)? + "\n";
+    let titled = Diagnosis { title: words::headline(&reduced.report), ..reduced.report.clone() };
+    let json = serde_json::to_string_pretty(&titled)? + "\n";
     let picture = |plot: &Plot| {
         let Plot { title, caption, .. } = plot;
         Picture::wide_and_narrow("forces", title, caption, |narrow| force_plots::Scatter { plot, narrow })
@@ -99,7 +104,7 @@ pub fn plan_csv(plan: &NextExperiment) -> String {
         .join(",");
     own.iter().for_each(|name| out += &format!(",{name}"));
     out.push('\n');
-    let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    let number = |v: Option<f64>| v.map_or_else(String::new, |v| ((1e6 * v).round() / 1e6).to_string());
     let flag = |v: Option<bool>| v.map_or_else(String::new, |v| v.to_string());
     for (i, r) in plan.runs.iter().enumerate() {
         let mut cells = vec![(i + 1).to_string()];
@@ -161,9 +166,13 @@ mod tests {
             column: "temperature_c".into(),
             channel: "friction".into(),
             points: (0..60).map(|k| [30.0 + 0.1 * f64::from(k), 0.01 * f64::from(k), 0.008 * f64::from(k)]).collect(),
+            run_sd: 0.1,
+            curve: (0..60).map(|k| [30.0 + 0.1 * f64::from(k), 0.008 * f64::from(k), 0.3]).collect(),
         };
         let trace = || ForceTrace {
             run: "measured13".into(),
+            t_s: (0..30).map(|k| 0.37 * f64::from(k)).collect(),
+            slides_s: vec![[1.0, 4.0], [6.0, 10.73]],
             readings_n: vec![[0.5, -0.4]; 30],
             models_n: [vec![[0.5, -0.3]; 30], vec![[0.5, -0.3]; 30], vec![[0.5, -0.3]; 30]],
         };

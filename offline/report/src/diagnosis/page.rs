@@ -6,46 +6,76 @@ use super::{repeated, words};
 use crate::Picture;
 use crate::html::{captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{Diagnosis, EffectFound, FACTORS};
+use fingerpad_diagnose::{Diagnosis, DriverPlot, EffectFound, FACTORS, PlannedRun};
 
-/// The page as one file.
-pub fn page(report: &Diagnosis, pictures: &[Picture]) -> String {
-    let title = words::title(report);
+/// The page as one file; pictures of drivers come first, in the order of `drivers`.
+pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) -> String {
+    let headline = words::headline(report);
     let files: Vec<String> = report.input.iter().map(words::input).collect();
-    let (first, rest) = pictures.split_at(pictures.len().min(1));
+    let (first, rest) = pictures.split_at(drivers.len().min(pictures.len()));
     let cautions = words::cautions(report);
     // One red line, and only if the result may be due to a mistake in the files.
     let red = cautions.first().filter(|(kind, _)| *kind == "warning");
     let notes = &cautions[usize::from(red.is_some())..];
+    let notes_on_files = html! {
+        @if !notes.is_empty() {
+            div { h2 { "Notes on the files" } ul { @for (_, note) in notes { li { (prose(note)) } } } }
+        }
+    };
     let main = html! {
         main.diagnosis {
             header {
-                h1 { (title) }
                 p.meta {
                     (files.join(" · ")) " · baseline " (report.baseline.model) " · seed " (report.seed)
                     " · fingerpad " (report.version)
                 }
+                h1 { (prose(&headline)) }
             }
-            p.number { (prose(&words::number(report))) }
-            p.verdict { (prose(&words::verdict(report))) }
-            p.meta { (prose(&words::confidence(report))) }
-            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
-            @for sentence in repeated::sentences(report) { p.meta { (sentence) } }
+            p.verdict { (prose(&words::details(report))) }
             @if let Some((_, caution)) = red { p.warning { (prose(caution)) } }
-            (figures(1, first))
-            (effects(report))
-            @if !notes.is_empty() {
-                h2 { "Notes on the files" }
-                ul { @for (_, note) in notes { li { (prose(note)) } } }
+            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
+            p.meta {
+                (prose(&words::confidence(report)))
+                @for sentence in repeated::sentences(report) { " " (prose(&sentence)) }
             }
-            section { (figures(2, rest)) }
+            @for e in &report.effects {
+                @let place = drivers.iter().position(|d| d.law == e.law).filter(|i| *i < first.len());
+                section.pair {
+                    @if let Some(i) = place { (figures(i + 1, &first[i..=i])) }
+                    div { (effect(report, e)) }
+                }
+            }
+            (in_pairs(first.len() + 1, rest, &notes_on_files))
             (next(report))
-            section.tables { (regions(report)) (noise(report)) }
+            section.pair { div { (regions(report)) } div { (noise(report)) } }
             @if let Some(found) = &report.power { section.tables { (repeated::power_table(found)) } }
             footer { (basis()) }
         }
     };
-    document(&format!("fingerpad diagnose: {title}"), main)
+    document(&format!("fingerpad diagnose: {headline}"), main)
+}
+
+/// Figures numbered from `first` on: those that need the whole width below each other, others side by side where the page is wide. Text
+/// follows the last of these.
+fn in_pairs(first: usize, pictures: &[Picture], text: &Markup) -> Markup {
+    let is_wide = |p: &Picture| matches!(p.name.as_str(), "map_before" | "map_after" | "traces");
+    let mut at = first;
+    let mut groups = Vec::new();
+    for group in pictures.chunk_by(|a, b| !is_wide(a) && !is_wide(b)) {
+        groups.push((at, group, group.iter().any(is_wide)));
+        at += group.len();
+    }
+    let last_is_wide = groups.last().is_none_or(|(.., is_wide)| *is_wide);
+    html! {
+        @for (i, (first, group, is_wide)) in groups.iter().enumerate() {
+            @if *is_wide {
+                (figures(*first, group))
+            } @else {
+                section.pair { (figures(*first, group)) @if i + 1 == groups.len() { (text) } }
+            }
+        }
+        @if last_is_wide { (text) }
+    }
 }
 
 /// How a diagnosis decides.
@@ -73,36 +103,43 @@ fn basis() -> Markup {
 
 /// The page of a diagnosis that has sentences instead of figures.
 pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -> String {
+    let files: Vec<String> = report.input.iter().map(words::input).collect();
+    let headline = words::headline(report);
     let main = html! {
-        main {
-            h1 { "Verdict: " (words::word(report)) }
+        main.diagnosis {
+            header { p.meta { (files.join(" · ")) " · fingerpad " (report.version) } h1 { (prose(&headline)) } }
             @for (_, caution) in words::cautions(report) { p.warning { (prose(&caution)) } }
-            @for sentence in sentences { p { (prose(sentence)) } }
-            @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
-            (effects(report))
-            (figures(1, pictures))
+            section.pair {
+                (figures(1, pictures))
+                div {
+                    @for sentence in sentences { p { (prose(sentence)) } }
+                    @if !report.next_step.is_empty() { p { b { "Next: " } (prose(&report.next_step)) } }
+                    @for e in &report.effects { (effect(report, e)) }
+                }
+            }
             (next(report))
         }
     };
-    document("fingerpad diagnose", main)
+    document(&format!("fingerpad diagnose: {headline}"), main)
 }
 
-fn effects(report: &Diagnosis) -> Markup {
+/// An effect: its formula, then with the fitted numbers, their intervals, and its evidence.
+fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
     html! {
-        @for e in &report.effects {
-            h2 { (words::plain(&e.law)) " " span.meta { "(" (words::plain(&e.family)) ")" } }
-            @if let Some(own) = &e.own {
-                p.formula { "A law of your own: " code { (words::formula(own)) } }
-            }
-            div.side { (parameters(e)) (candidates(e)) }
-            p.meta {
-                "gain " (fixed(e.gain_2ll, 1)) " in 2 log likelihood (" (fixed(e.lambda_detect, 1))
-                " expected under this protocol); p = " (format!("{:.1e}", e.p)) " decides: " (format!("{:.1e}", e.p_model))
-                " by the model over all laws and shapes"
-                // Without runs there is nothing to be flipped.
-                @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
-                @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
-            }
+        h2 { (words::plain(&e.law)) " " span.meta { "(" (words::plain(&e.family)) ")" } }
+        @if !e.formula.is_empty() {
+            p.formula { @if e.own.is_some() { "A law of your own: " } code { (e.formula) } }
+            p.formula { "Fitted: " code { (words::fitted(e)) } }
+        }
+        (parameters(e))
+        @if e.candidates.len() > 1 { (candidates(e)) }
+        p.meta {
+            "gain " (significant(e.gain_2ll, 3)) " in 2 log likelihood (" (significant(e.lambda_detect, 3))
+            " expected under this protocol); p = " (significant(e.p, 2)) " decides: " (significant(e.p_model, 2))
+            " by the model over all laws and shapes"
+            // Without runs there is nothing to be flipped.
+            @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
+            @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
         }
     }
 }
@@ -112,7 +149,7 @@ fn parameters(effect: &EffectFound) -> Markup {
     let rows = html! {
         @for p in &effect.parameters {
             tr {
-                td { (p.name) } (cell(significant(p.value, 4)))
+                td { (prose(&p.name)) } (cell(significant(p.value, 3)))
                 (cell(p.ci95.map(|end| significant(end, 3)).join(" to "))) td { (p.unit) }
             }
         }
@@ -135,38 +172,34 @@ fn candidates(effect: &EffectFound) -> Markup {
 
 fn next(report: &Diagnosis) -> Markup {
     let Some(plan) = &report.next_experiment else { return html! {} };
-    let own = super::own_columns(plan);
-    let number = |v: Option<f64>| cell(v.map_or_else(String::new, |v| v.to_string()));
-    let flag = |v: Option<bool>| cell(v.map_or("", |v| if v { "yes" } else { "no" }));
-    let strokes = html! {
-        @for (i, r) in plan.runs.iter().enumerate() {
-            tr {
-                (cell(i + 1))
-                @for factor in &FACTORS { (number(factor.value(r))) }
-                (flag(r.new_block)) (flag(r.reverse))
-                @for name in &own { (number(r.own.get(*name).copied())) }
-            }
-        }
+    let number = |v: Option<f64>| v.map_or_else(String::new, |v| significant(v, 3));
+    let flag = |v: Option<bool>| v.map_or("", |v| if v { "yes" } else { "no" }).to_owned();
+    let column = |head: &str, of: &dyn Fn(&PlannedRun) -> String| {
+        (head.to_owned(), plan.runs.iter().map(of).collect::<Vec<String>>())
     };
-    let columns = html! {
-        th {}
-        @for factor in &FACTORS { th { (factor.words) } }
-        th { "new block" } th { "reverse" }
-        (heads(&own))
+    let mut columns: Vec<_> = FACTORS.iter().map(|f| column(f.words, &|r| number(f.value(r)))).collect();
+    columns.push(column("new block", &|r| flag(r.new_block)));
+    columns.push(column("reverse", &|r| flag(r.reverse)));
+    columns.extend(super::own_columns(plan).iter().map(|name| column(name, &|r| number(r.own.get(*name).copied()))));
+    // What no stroke sets has no column.
+    columns.retain(|(_, cells)| cells.iter().any(|text| !text.is_empty()));
+    let heads = html! { th {} @for (head, _) in &columns { th { (head) } } };
+    let strokes = html! {
+        @for i in 0..plan.runs.len() { tr { (cell(i + 1)) @for (_, cells) in &columns { (cell(&cells[i])) } } }
     };
     html! {
         h2 { "Next experiment" }
         p {
-            "These strokes vary " (plan.factor) "; a blank cell is the reference condition. The same table is in "
+            "These strokes vary " (words::axis(&plan.factor, "")) "; a blank cell is the reference condition. The same table is in "
             code { "next_experiment.csv" } "."
         }
-        (table(columns, strokes))
+        (table(heads, strokes))
         @if !plan.prices.is_empty() {
             (captioned_table("Other experiments that would separate them, and their cost.", html! {
                 th.name { "varied" } th { "separation λ" } th { "minutes" }
             }, html! {
                 @for p in &plan.prices {
-                    tr { td { (p.factor) } (cell(fixed(p.lambda_rival_expected, 0))) (cell(fixed(p.minutes, 0))) }
+                    tr { td { (words::axis(&p.factor, "")) } (cell(fixed(p.lambda_rival_expected, 0))) (cell(fixed(p.minutes, 0))) }
                 }
             }))
         }
@@ -175,20 +208,21 @@ fn next(report: &Diagnosis) -> Markup {
 
 fn regions(report: &Diagnosis) -> Markup {
     let heads = html! {
-        th.name { "column" } th { "from" } th { "to" } th.name { "unit" } th.name { "channel" } th { "mean, %" }
-        th { "z over runs" } th { "runs" } th.name { "calibrated there" }
+        th.name { "column" } th.name { "part" } th.name { "force" } th { "mean, %" } th { "z" } th.minor { "runs" }
+        th.name.minor { "calibrated" }
     };
     let rows = html! {
         @for r in &report.disagreement.regions {
             tr {
-                td { (r.column) } (cell(significant(r.from, 3))) (cell(significant(r.to, 3))) td { (r.unit) }
-                td { (r.channel) } (cell(fixed(100.0 * r.mean_relative, 1))) (cell(fixed(r.z, 1))) (cell(r.runs))
-                td { (if r.outside_calibration { "no" } else { "yes" }) }
+                td { (words::axis(&r.column, "")) }
+                td.part { (words::range(r).0) }
+                td { (r.channel) } (cell(fixed(100.0 * r.mean_relative, 1))) (cell(fixed(r.z, 1))) td.num.minor { (r.runs) }
+                td.minor { (if r.outside_calibration { "no" } else { "yes" }) }
             }
         }
-        @if report.disagreement.regions.is_empty() { tr { td colspan="9" { "none" } } }
+        @if report.disagreement.regions.is_empty() { tr { td colspan="7" { "none" } } }
     };
-    html! { h2 { "Regions with large residuals without the effect" } (table(heads, rows)) }
+    html! { h2 { "Regions with large residuals without the effect" } (table(heads, rows)) p.meta { "z: mean over its standard error, over runs." } }
 }
 
 fn noise(report: &Diagnosis) -> Markup {
@@ -213,7 +247,7 @@ fn noise(report: &Diagnosis) -> Markup {
             (fixed(baseline.rescale.stiffness, 3)) ", strength " (fixed(baseline.rescale.strength, 3))
             ". Misfit of the baseline on the calibration runs over their noise: normal " (normal) ", x " (x) ", y " (y) "."
         }
-        (table(heads, rows))
+        details { summary { "All freedoms of the baseline" } (table(heads, rows)) }
     }
 }
 

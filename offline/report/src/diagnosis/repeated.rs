@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::figures::width;
 use super::words::{name, plain};
 use crate::Picture;
 use crate::axes::{Axis, Panel};
@@ -120,15 +121,16 @@ pub fn power_table(found: &Power) -> Markup {
 pub fn stability_picture(found: &Stability) -> Picture {
     let caption = "Gain of the strongest law without each group of the measured runs; red: another verdict. A single group \
                    that carries the verdict shows as a low or a red bar.";
-    Picture::new("stability", "The decision without each group of the measured runs", caption, &GroupGains(found))
+    let title = "The decision without each group of the measured runs";
+    Picture::wide_and_narrow("stability", title, caption, |narrow| GroupGains(found, width(narrow)))
 }
 
-/// Bars of the gain of the strongest law without each group of runs; a line with all runs.
-struct GroupGains<'a>(&'a Stability);
+/// Bars of the gain of the strongest law without each group of runs, a line with all runs; with the figure's width, px.
+struct GroupGains<'a>(&'a Stability, f64);
 
 impl Figure for GroupGains<'_> {
     fn size(&self) -> (u32, u32) {
-        (640, 260)
+        (self.1 as u32, 260)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -137,7 +139,7 @@ impl Figure for GroupGains<'_> {
         let panel = Panel {
             left: 60.0,
             top: 40.0,
-            width: 560.0,
+            width: self.1 - 76.0,
             height: 160.0,
             x: Axis::bare([0.0, groups.len().max(1) as f64]),
             y: Axis::covering("gain in 2 log likelihood; line: with all runs", [0.0, 1.0], gains, 5),
@@ -187,6 +189,9 @@ mod tests {
         let sentence = stability_sentence(&found);
         assert!(sentence.contains("9 of 10") && sentence.contains("it is none."), "{sentence}");
         let picture = stability_picture(&found).svg;
-        assert!(picture.contains("#c0392b") && picture.contains("a&lt;b") && picture.matches("<title>").count() == 10);
+        assert!(
+            picture.contains("#c0392b") && picture.contains("a&lt;b") && picture.matches("<title>").count() == 10,
+            "{picture}"
+        );
     }
 }

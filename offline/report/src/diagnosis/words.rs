@@ -3,8 +3,8 @@
 use crate::numbers::{fixed, significant};
 use fingerpad_diagnose::laws::run_columns;
 use fingerpad_diagnose::{
-    Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, DriverPlot, EffectFound, FeConfirmation,
-    FingerLawFound, FittedParameter, InputFile, InstrumentLag, LawsFile, OwnFormula, Region, Verdict, Witness,
+    Caution, Confidence, Confirmed, CrossValidationError, Diagnosis, EffectFound, FeConfirmation, FingerLawFound,
+    FittedParameter, InputFile, InstrumentLag, LawsFile, Region, Verdict, Witness,
 };
 
 /// A law's or a family's name in running text.
@@ -71,17 +71,23 @@ fn size(effect: &EffectFound) -> String {
     )
 }
 
-/// The change of the model by a law of a user's file, with its formula.
-pub fn formula(own: &OwnFormula) -> String {
-    let OwnFormula { acts_on, formula } = own;
-    match acts_on.as_str() {
-        "strength" | "stiffness" => format!("{acts_on} × (1 + {formula})"),
-        "depth" => format!("depth + ({formula}) mm"),
-        reading => format!(
-            "{} + ({formula}) N",
-            reading.replace("reading_", "reading of ").replace("normal", "the normal force")
-        ),
+/// The formula of an effect with its fitted numbers; a negative one is in brackets.
+pub fn fitted(effect: &EffectFound) -> String {
+    let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let number = |name: &str| {
+        let p = effect.parameters.iter().find(|p| p.name == name)?;
+        let number = significant(p.value, 3);
+        Some(if p.value < 0.0 { format!("({number})") } else { number })
+    };
+    let (mut out, mut rest) = (String::new(), effect.formula.as_str());
+    while let Some(start) = rest.find(is_name) {
+        let end = rest[start..].find(|c| !is_name(c)).map_or(rest.len(), |n| start + n);
+        let name = &rest[start..end];
+        out += &rest[..start];
+        out += &number(name).unwrap_or_else(|| name.to_owned());
+        rest = &rest[end..];
     }
+    out + rest
 }
 
 /// Unit of a column: one of the program's or of a user's file.
@@ -95,6 +101,7 @@ pub fn axis(name: &str, unit: &str) -> String {
     let ending = format!("_{}", unit.to_lowercase().replace(['°', '/'], ""));
     let bare = || name.strip_suffix("_mm").or(name.strip_suffix("_s")).or(name.strip_suffix(&ending)).unwrap_or(name);
     let plain = run_columns::law_columns().find(|(c, _)| c.name() == name).map_or_else(bare, |(_, known)| known.words);
+    let unit = if unit == "degree" { "°" } else { unit };
     let comma = if unit.is_empty() { "" } else { ", " };
     format!("{}{comma}{unit}", plain.replace('_', " "))
 }
@@ -107,14 +114,25 @@ pub fn input(file: &InputFile) -> String {
     format!("{} {} ({} runs, {} rows)", file.role, file.file, file.runs, file.rows)
 }
 
-/// The verdict as one paragraph.
+/// The verdict as one paragraph, with what is missing and its size.
 pub fn verdict(report: &Diagnosis) -> String {
+    paragraph(report, true)
+}
+
+/// The verdict as one paragraph below its headline and beside the formulas, which have what is missing and its size.
+pub fn details(report: &Diagnosis) -> String {
+    let has_headline = matches!(report.verdict, Verdict::Named | Verdict::None);
+    paragraph(report, !has_headline || report.implausible().is_some())
+}
+
+fn paragraph(report: &Diagnosis, with_list: bool) -> String {
     let doubt = if report.implausible().is_some() {
         "This would be the answer if the files and the model could be trusted, which they cannot: "
     } else {
         ""
     };
-    doubt.to_owned() + &answer(report) + &outside_note(report) + &finger_note(report) + &instrument_note(report)
+    let answer = answer(report, with_list);
+    doubt.to_owned() + answer.trim_start() + &outside_note(report) + &finger_note(report) + &instrument_note(report)
 }
 
 /// How far the verdict can be relied on, with the regression that needs no model.
@@ -178,30 +196,53 @@ fn instrument_note(report: &Diagnosis) -> String {
     report.instrument.iter().map(sentence).collect()
 }
 
-/// The title of the page: the result with the gap on held-out runs, or what cannot be.
-pub fn title(report: &Diagnosis) -> String {
+/// How near the model comes to runs that no fit saw, as a sentence.
+fn gap(gap: &CrossValidationError) -> String {
+    let [before, after] = [gap.ratio_before, gap.ratio_after].map(|ratio| significant(ratio, 2));
+    match before == after {
+        true => format!("The gap is {before} times the noise floor."),
+        false => format!("The gap falls from {before} to {after} times the noise floor."),
+    }
+}
+
+/// The verdict in words with size and gap, or what cannot be.
+pub fn headline(report: &Diagnosis) -> String {
     if let Some(Caution { text, .. }) = report.implausible() {
         let finding = text.split_once(':').map_or(text.as_str(), |(finding, _)| finding);
         return format!("No result: {}{}", finding[..1].to_lowercase(), &finding[1..]);
     }
-    let gap = &report.holdout;
-    let closed = format!("gap {} to {} noise floors", fixed(gap.ratio_before, 1), fixed(gap.ratio_after, 1));
-    match report.verdict {
-        Verdict::None if look_exchanged(report) => "No result: the files look exchanged".into(),
-        Verdict::None => format!("Nothing is missing: gap {} noise floors", fixed(gap.ratio_before, 1)),
+    let share = |e: &EffectFound, names: String| {
+        format!("{names}, {} % of the force", significant(100.0 * e.size_p90_relative, 2))
+    };
+    let finding = match report.verdict {
+        Verdict::None if look_exchanged(report) => return "No result: the files look exchanged".into(),
+        Verdict::None => "Nothing is missing that these runs could show".into(),
         Verdict::Named => {
-            let share = |e: &EffectFound| {
-                format!("{}, {} % of the force", plain(&e.law), significant(100.0 * e.size_p90_relative, 2))
-            };
-            let list: Vec<String> = report.effects.iter().map(share).collect();
-            format!("Missing: {}; {closed}", list.join(" and "))
+            let list: Vec<String> = report.effects.iter().map(|e| share(e, plain(&e.law))).collect();
+            format!("Missing: {}", list.join("; and "))
         }
         Verdict::Ambiguous => {
-            let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
-            format!("Missing: {}; these runs cannot distinguish them", list.join(" and "))
+            let names = |e: &EffectFound| match &families(e)[..] {
+                [one] => one.clone(),
+                several => format!("{} (these runs cannot tell which)", several.join(" or ")),
+            };
+            let list: Vec<String> = report.effects.iter().map(|e| share(e, names(e))).collect();
+            format!("Missing: {}", list.join("; and "))
         }
-        Verdict::UnexplainedStructure => "Something that no known law explains".into(),
-    }
+        Verdict::UnexplainedStructure => {
+            let u = &report.unexplained;
+            let size =
+                format!("{} mN ({} %)", significant(1000.0 * u.size_n, 3), significant(100.0 * u.size_relative, 2));
+            let channel = if u.channel == "normal" { "the normal force" } else { "friction" };
+            let at = u.largest_at.as_ref().map_or_else(String::new, |r| format!(", most at {}", range(r).0));
+            match u.column.as_str() {
+                "run_id" => format!("Unexplained: {channel} scatters between runs by {size}"),
+                column => format!("Unexplained: {channel} depends on {} by {size}{at}", axis(column, "")),
+            }
+        }
+    };
+    // Without a noise floor there is no gap.
+    if report.holdout.ratio_before > 0.0 { format!("{finding}. {}", gap(&report.holdout)) } else { finding }
 }
 
 /// A sentence if evidence for the verdict lies outside the calibration.
@@ -226,17 +267,23 @@ fn unseen(gap: &CrossValidationError) -> String {
     }
 }
 
-/// A part of a column in words, with what is measured there beside the model.
-fn part(region: &Region) -> String {
-    let unit = if region.unit.is_empty() { String::new() } else { format!(" {}", region.unit) };
+/// A part of a column with its unit, and the residual there.
+pub fn range(region: &Region) -> (String, String) {
+    let unit = match region.unit.as_str() {
+        "" => String::new(),
+        "degree" => "°".into(),
+        unit => format!(" {unit}"),
+    };
     let sign = if region.mean_relative < 0.0 { "−" } else { "+" };
-    format!(
-        "{} {} to {}{unit} ({sign}{} %)",
-        column(&region.column),
-        significant(region.from, 3),
-        significant(region.to, 3),
-        fixed(100.0 * region.mean_relative.abs(), 0)
-    )
+    let [from, to] = [region.from, region.to].map(|end| significant(end, 3));
+    let size = fixed(100.0 * region.mean_relative.abs(), 0);
+    (format!("{from} to {to}{unit}"), format!("({sign}{size} %)"))
+}
+
+/// The same with the column and what is measured there beside the model.
+fn part(region: &Region) -> String {
+    let (range, size) = range(region);
+    format!("{} {range} {size}", column(&region.column))
 }
 
 /// A sentence about where simulation and measurement disagree without the first effect: least and most along its driver.
@@ -255,7 +302,7 @@ fn place(report: &Diagnosis) -> String {
     }
 }
 
-fn answer(report: &Diagnosis) -> String {
+fn answer(report: &Diagnosis, with_list: bool) -> String {
     let gap = &report.holdout;
     let runs = unseen(gap);
     let closing = if gap.refused_after_n.is_some() {
@@ -278,13 +325,15 @@ fn answer(report: &Diagnosis) -> String {
                 .into()
         }
         Verdict::None => format!(
-            "Nothing is missing that these runs could show. After the refit of the baseline the residual is {} times the noise floor in \
+            "{}After the refit of the baseline the residual is {} times the noise floor in \
              the worst channel of {runs}.",
+            if with_list { "Nothing is missing that these runs could show. " } else { "" },
             fixed(gap.ratio_before, 2)
         ),
         Verdict::Named => {
             let list: Vec<String> = report.effects.iter().map(|e| format!("{} ({})", plain(&e.law), size(e))).collect();
-            format!("Missing: {}.{} {closing}", list.join("; and "), place(report))
+            let list = if with_list { format!("Missing: {}.", list.join("; and ")) } else { String::new() };
+            format!("{list}{} {closing}", place(report))
         }
         Verdict::Ambiguous => {
             let list: Vec<String> = report.effects.iter().map(|e| families(e).join(" or ")).collect();
@@ -352,7 +401,7 @@ pub fn name(verdict: Verdict) -> &'static str {
 pub fn summary(report: &Diagnosis) -> String {
     let fe = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| format!("\n{}", confirmation(fe)));
     let first: String = cautions(report).iter().map(|(kind, text)| format!("{kind}: {text}\n")).collect();
-    let doubt = report.implausible().map_or_else(String::new, |_| format!(" ({})", title(report)));
+    let doubt = report.implausible().map_or_else(String::new, |_| format!(" ({})", headline(report)));
     format!(
         "{first}verdict: {}{doubt}\n{}\n{}{fe}\nNext: {}",
         word(report),
@@ -393,51 +442,6 @@ pub fn confirmation(fe: &FeConfirmation) -> String {
     )
 }
 
-/// Under the figure of the finite elements.
-pub fn confirmation_caption(fe: &FeConfirmation) -> String {
-    format!(
-        "{} Strokes: {}. The finger was first fitted to the calibration strokes {}: tissue {} times as stiff and tau_crit \
-         {} times as strong at 0.9 mm, both over depth, tau_crit over direction (ten freedoms); that leaves {} mN of them \
-         (normal, x, y). Before and after it gets what the diagnosis's own refit changed of both.",
-        confirmation(fe),
-        fe.runs.join(", "),
-        fe.calibration_runs.join(", "),
-        fixed(fe.stiffness, 3),
-        fixed(fe.strength, 3),
-        fe.calibration_rms_n.map(|v| fixed(1000.0 * v, 1)).join(", ")
-    )
-}
-
-/// Above the first residual map.
-pub fn map_title(claimed: bool) -> &'static str {
-    if claimed {
-        "Where simulation and measurement disagree without the effect"
-    } else {
-        "Where simulation and measurement disagree"
-    }
-}
-
-/// Under a residual map.
-pub fn map_caption(claimed: bool) -> String {
-    let named = if claimed {
-        " The first columns, in bold, drive the named effect. The finger is the one refitted with it: a refit without it would spread the gap \
-         over other columns."
-    } else {
-        ""
-    };
-    format!(
-        "Mean relative residual over runs in parts of each column, one row a column, at most six parts from low to high; left normal force, \
-         then friction in full slip, along and across the motion. Red: more force measured than predicted. A dot marks parts whose mean is more than 3.5 \
-         standard errors over runs from zero.{named}"
-    )
-}
-
-/// Under the force traces.
-pub fn traces_caption() -> &'static str {
-    "The measured runs that the refitted baseline misses most, over the noise floor. As calibrated: nothing is fitted to the \
-     measured runs. Readings that were left out (lift-off, spikes, a sensor's rail) are not shown."
-}
-
 /// Kinds of cautions, in their order on the page.
 const FIRST: [&str; 13] = [
     "exchanged",
@@ -476,59 +480,6 @@ pub fn look_exchanged(report: &Diagnosis) -> bool {
     report.cautions.iter().any(|c| c.kind == "exchanged")
 }
 
-/// The first number of the page: the residual of runs that no fit used, over the noise floor.
-pub fn number(report: &Diagnosis) -> String {
-    let gap = &report.holdout;
-    format!("{} × the noise floor", fixed(gap.ratio_after, 2))
-}
-
-/// Under a plot over a driver.
-pub fn driver_caption(plot: &DriverPlot) -> String {
-    format!(
-        "Relative residual of the {} without {}, and the fitted law. Points are runs where the column is one value a \
-         run, otherwise rows.",
-        plot.channel,
-        plain(&plot.law)
-    )
-}
-
-/// Under the bars.
-pub fn bars_caption(report: &Diagnosis) -> String {
-    let untestable: Vec<String> =
-        report.tests.iter().filter(|t| !t.testable).map(|t| format!("{} ({})", plain(&t.law), t.reason)).collect();
-    let rest = if untestable.is_empty() { String::new() } else { format!(" Not testable: {}.", untestable.join("; ")) };
-    format!("Gain in 2 log likelihood, logarithmic; filled where the law passes the tests as the first one.{rest}")
-}
-
-/// Above the gap.
-pub fn gap_title(report: &Diagnosis) -> &'static str {
-    if report.holdout.method == "file" {
-        "The gap on runs that neither chose nor fitted: as calibrated, refitted, with the effect"
-    } else {
-        "The gap on runs left out of the fit in turn: as calibrated, refitted, with the effect"
-    }
-}
-
-/// Under the gap.
-pub fn gap_caption(report: &Diagnosis) -> String {
-    let g = &report.holdout;
-    let refused = g.refused_after_n.map_or_else(String::new, |r| {
-        format!(
-            " The correction would have left {} N (normal, x, y), no closer than before: it is not made, and no \
-             corrected model is written.",
-            r.map(|v| fixed(v, 4)).join(", ")
-        )
-    });
-    let of_elements = report.fe_confirmation.as_ref().map_or_else(String::new, |fe| {
-        format!(" The finite elements' bars are of {} strokes of the {} set only.", fe.runs.len(), fe.set)
-    });
-    format!(
-        "Root mean square residual of {} runs ({}). The floor is what row noise and the scatter between calibration \
-         runs leave of a perfect model; the quotient itself scatters by some ten per cent.{of_elements}{refused}",
-        g.runs, g.method
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -549,12 +500,26 @@ mod tests {
     }
 
     #[test]
-    fn a_law_of_the_user_is_described_by_its_effect() {
-        let described = |acts_on: &str| formula(&OwnFormula { acts_on: acts_on.into(), formula: "a * x".into() });
-        assert_eq!(described("strength"), "strength × (1 + a * x)");
-        assert_eq!(described("depth"), "depth + (a * x) mm");
-        assert_eq!(described("reading_normal"), "reading of the normal force + (a * x) N");
-        assert_eq!(described("reading_x"), "reading of x + (a * x) N");
+    fn a_formula_has_the_fitted_numbers_in_place_of_its_parameters() {
+        let parameter =
+            |name: &str, value| FittedParameter { name: name.into(), value, unit: String::new(), ci95: [0.0; 2] };
+        let effect = EffectFound {
+            law: "mine".into(),
+            family: "mine".into(),
+            formula: "strength × (1 + slope ln(v/2) + slope_2), s the slopes".into(),
+            parameters: vec![parameter("slope", -0.123_456), parameter("slope_2", 2.0)],
+            size_p90_relative: 0.1,
+            gain_2ll: 50.0,
+            p: 0.0,
+            p_model: 0.0,
+            p_runs: 0.0,
+            against_calibration: false,
+            outside_calibration: false,
+            lambda_detect: 50.0,
+            candidates: Vec::new(),
+            own: None,
+        };
+        assert_eq!(fitted(&effect), "strength × (1 + (−0.123) ln(v/2) + 2.00), s the slopes");
     }
 
     #[test]

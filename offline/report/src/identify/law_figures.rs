@@ -1,6 +1,6 @@
 //! Figures of the law's search: the simplex on its error surface, the region of the constants.
 
-use super::super::axes::{Axis, Panel, legend_text};
+use super::super::axes::{Axis, Legend, Panel, Sample};
 use super::super::canvas::{Canvas, Figure, Line, Marker, Text};
 use super::super::colour::{ESTIMATE, GREY, INK, MODEL, PAIR, SERIES, WHITE, mix, rgb};
 use super::super::numbers::{fixed, significant};
@@ -82,7 +82,7 @@ impl Figure for SimplexPaths<'_> {
             canvas.marker(marker, plot.at(run.end[0], run.end[1]), 4.2, colour, true);
             canvas.marker(marker, (x + 6.0, y), 4.4, colour, false);
             let text = format!("start {}, {}", significant(run.start[0], 3), fixed(run.start[1], 2));
-            legend_text(canvas, (x + 18.0, y), &text);
+            canvas.text(&text, (x + 18.0, y), Text::BODY);
             let note = Text { em: 11.0, colour: GREY, ..Text::BODY };
             canvas.text(&format!("{} evaluations", run.visits.len()), (x + 18.0, y + 16.0), note);
             canvas.text(
@@ -101,15 +101,15 @@ impl Figure for SimplexPaths<'_> {
         }
         cross(canvas, plot.at(self.law.lambda, self.law.law.beta));
         cross(canvas, (x + 6.0, y));
-        legend_text(canvas, (x + 18.0, y), "fast route");
+        canvas.text("fast route", (x + 18.0, y), Text::BODY);
         y += 24.0;
         if self.refined.is_some() {
             canvas.line(&[(x, y), (x + 12.0, y)], Line { colour: INK, width: 1.2, dash: Some((5.0, 3.0)) });
-            legend_text(canvas, (x + 18.0, y), "best end continued");
+            canvas.text("best end continued", (x + 18.0, y), Text::BODY);
             y += 24.0;
         }
         canvas.line(&[(x, y), (x + 12.0, y)], Line::solid(PAIR, 1.4));
-        legend_text(canvas, (x + 18.0, y), "sum of squares");
+        canvas.text("sum of squares", (x + 18.0, y), Text::BODY);
     }
 }
 
@@ -126,7 +126,7 @@ pub struct Region<'a> {
 
 impl Figure for Region<'_> {
     fn size(&self) -> (u32, u32) {
-        (700, 500)
+        (560, 500)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -134,9 +134,9 @@ impl Figure for Region<'_> {
         let ends = |v: &[f64]| [v[0], v[v.len() - 1]];
         let plot = Panel {
             left: 60.0,
-            top: 44.0,
-            width: 450.0,
-            height: 400.0,
+            top: 84.0,
+            width: 470.0,
+            height: 360.0,
             x: Axis::between("strength at 5 kPa, kPa", ends(&map.tau_ref_kpa), 6),
             y: Axis::between("β", ends(&map.beta), 6),
         };
@@ -152,6 +152,13 @@ impl Figure for Region<'_> {
             }
         }
         plot.draw(canvas);
+        let entries = vec![
+            (Sample::Point(Marker::Circle, true), "best", INK),
+            (Sample::Line, "interval of each alone", INK),
+            (Sample::Area, "region of both", rgb(0xc5dff0)),
+            (Sample::Point(Marker::Diamond, true), "published pair", ESTIMATE),
+        ];
+        Legend { width: 560.0, entries }.draw(canvas);
         for piece in contour(&map.tau_ref_kpa, &map.beta, &map.growth, 1.0) {
             canvas.line(&piece.map(|(x, y)| plot.at(x, y)), Line::solid(MODEL, 1.8));
         }
@@ -164,23 +171,8 @@ impl Figure for Region<'_> {
         }
         canvas.marker(Marker::Circle, plot.at(best.0, best.1), 4.5, INK, true);
         let published = (1e3 * PUBLISHED[0] * fingerpad_identify::REFERENCE_MPA.powf(PUBLISHED[1]), PUBLISHED[1]);
-        let shown = plot.holds(published.0, published.1);
-        if shown {
+        if plot.holds(published.0, published.1) {
             canvas.marker(Marker::Diamond, plot.at(published.0, published.1), 5.0, ESTIMATE, true);
-        }
-        let (x, y) = (plot.left + plot.width + 18.0, plot.top + 10.0);
-        canvas.marker(Marker::Circle, (x + 6.0, y), 4.5, INK, true);
-        legend_text(canvas, (x + 18.0, y), "best");
-        canvas.line(&[(x, y + 22.0), (x + 12.0, y + 22.0)], Line::solid(INK, 1.2));
-        legend_text(canvas, (x + 18.0, y + 22.0), "interval of each alone");
-        canvas.rect(x, y + 38.0, 12.0, 12.0, rgb(0xc5dff0));
-        canvas.line(&[(x, y + 38.0), (x + 12.0, y + 38.0)], Line::solid(MODEL, 1.8));
-        legend_text(canvas, (x + 18.0, y + 44.0), "region of both");
-        canvas.marker(Marker::Diamond, (x + 6.0, y + 66.0), 5.0, ESTIMATE, true);
-        legend_text(canvas, (x + 18.0, y + 66.0), "published pair");
-        if !shown {
-            let note = Text { em: 11.0, colour: GREY, ..Text::BODY };
-            canvas.text(&format!("(off, {} kPa)", fixed(published.0, 2)), (x + 18.0, y + 82.0), note);
         }
     }
 }

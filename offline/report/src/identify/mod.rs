@@ -7,6 +7,8 @@ mod law_figures;
 mod page;
 mod table_figures;
 
+use super::numbers::fixed;
+use super::traces::Charts;
 use super::{Picture, Rendered, ReportError};
 use fingerpad_identify::{Outcome, population::Population};
 
@@ -15,12 +17,13 @@ use fingerpad_identify::{Outcome, population::Population};
 /// # Errors
 /// [`ReportError::Json`].
 pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
-    let mut figures = vec![Picture::new(
+    let charts = table_figures::table_fit(outcome);
+    let mut figures = vec![Picture::wide_and_narrow(
         "table_fit",
         "The table against the model, before and after",
         "The model's values belong to the steady slide. Where the finger was calibrated, its depth offset is added to \
          the table's depth before the model is run.",
-        &table_figures::TableFit { outcome },
+        |narrow| Charts { charts: &charts, columns: if narrow { 1 } else { 3 } },
     )];
     if let Some(law) = &outcome.law {
         if law.map.is_some() {
@@ -50,7 +53,7 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
             "left_out",
             "One depth left out and predicted",
             "Law and power laws are fitted to the other depths; the finger stays calibrated on all normal forces and areas.",
-            &table_figures::LeftOutErrors { outcome },
+            &Charts { charts: &[table_figures::left_out_errors(outcome)], columns: 1 },
         ));
     }
     if outcome.curve.is_some() {
@@ -64,7 +67,7 @@ pub fn render(outcome: &Outcome) -> Result<Rendered, ReportError> {
     if let Some(last) = outcome.sensitivities.last() {
         let caption = format!(
             "Steady slide at depth {} mm, one input changed at a time by about its uncertainty for a subject.",
-            last.depth_mm
+            fixed(last.depth_mm, 2)
         );
         let figure = table_figures::Tornado { outcome };
         figures.push(Picture::new("tornado", "Sensitivity of the result", caption, &figure));

@@ -1,136 +1,65 @@
 //! Figures beside the table: before and after, left out and predicted, the curve, sensitivities, a population.
 
-use super::super::axes::{Axis, Panel, legend_text};
+use super::super::axes::{Axis, Legend, Panel, Sample};
 use super::super::canvas::{Canvas, Figure, HPos, Line, Marker, Text, VPos};
-use super::super::colour::{Colour, ESTIMATE, GREY, INK, MODEL, PAIR, SERIES};
+use super::super::colour::{ESTIMATE, GREY, INK, MODEL, PAIR};
 use super::super::numbers::{fixed, signed};
+use super::super::traces::{Hue, Trace, TraceChart};
 use fingerpad_identify::{
     Outcome, Point,
     outcome::{ModelDataComparison, Modelled, Sensitivity},
     population::Population,
 };
 
-type Pick = (&'static str, fn(&Point) -> f64, fn(&Modelled) -> f64);
-
 /// Normal force, area and friction coefficient against depth: measured, before and after.
-pub struct TableFit<'a> {
-    pub outcome: &'a Outcome,
-}
-
-impl TableFit<'_> {
-    fn series(&self) -> Vec<(&'static str, &ModelDataComparison, Colour, Marker)> {
-        let o = self.outcome;
-        let mut all = vec![("published constants, finger as given", &o.published_before, PAIR, Marker::Triangle)];
-        if o.calibration.is_some() {
-            all.push(("published constants, finger calibrated", &o.published, ESTIMATE, Marker::Diamond));
+pub fn table_fit(o: &Outcome) -> Vec<TraceChart> {
+    type Pick = (&'static str, fn(&Point) -> f64, fn(&Modelled) -> f64);
+    let picks: [Pick; 3] = [
+        ("Normal force, N", |p| p.normal_force_n, |m| m.normal_force_n),
+        ("Contact area, mm²", |p| p.contact_area_mm2.unwrap_or(f64::NAN), |m| m.contact_area_mm2),
+        ("Friction coefficient F/N", |p| p.friction_coefficient, |m| m.friction_coefficient),
+    ];
+    let calibrated = o.calibration.as_ref().map(|_| &o.published);
+    let models = [
+        ("published constants, finger as given", Some(&o.published_before), Hue::Series(5)),
+        ("published constants, finger calibrated", calibrated, Hue::Series(1)),
+        ("identified law", o.law.as_ref().map(|law| &law.comparison), Hue::Series(0)),
+        ("joint fit", o.joint.as_ref().map(|joint| &joint.comparison), Hue::Series(2)),
+    ];
+    let chart = |(label, measured, modelled): Pick| {
+        let points = |c: &ModelDataComparison| c.rows.iter().map(|r| [r.depth_mm, modelled(r)]).collect();
+        let model = |(name, comparison, hue): (&str, Option<&ModelDataComparison>, Hue)| {
+            Some(Trace { name: name.into(), points: points(comparison?), hue, ..Trace::default() })
+        };
+        let dots = o.table.iter().map(|p| [p.depth_mm, measured(p)]).collect();
+        let measured = Trace { name: "measured".into(), points: dots, is_dots: true, ..Trace::default() };
+        TraceChart {
+            labels: ["Depth in the table, mm".into(), label.into()],
+            least: [0.0, 0.1],
+            traces: models.into_iter().filter_map(model).chain([measured]).collect(),
+            ..TraceChart::default()
         }
-        if let Some(law) = &o.law {
-            all.push(("identified law", &law.comparison, MODEL, Marker::Square));
-        }
-        if let Some(joint) = &o.joint {
-            all.push(("joint fit", &joint.comparison, SERIES[2], Marker::Circle));
-        }
-        all
-    }
-}
-
-impl Figure for TableFit<'_> {
-    fn size(&self) -> (u32, u32) {
-        (1180, 420)
-    }
-
-    fn draw(&self, canvas: &mut Canvas) {
-        let picks: [Pick; 3] = [
-            ("Normal force, N", |p| p.normal_force_n, |m| m.normal_force_n),
-            ("Contact area, mm²", |p| p.contact_area_mm2.unwrap_or(f64::NAN), |m| m.contact_area_mm2),
-            ("Friction coefficient F/N", |p| p.friction_coefficient, |m| m.friction_coefficient),
-        ];
-        let series = self.series();
-        for (i, (label, measured, modelled)) in picks.into_iter().enumerate() {
-            let values = self.outcome.table.iter().map(measured);
-            let models = series.iter().flat_map(|s| s.1.rows.iter().map(modelled));
-            let depths = self.outcome.table.iter().map(|p| p.depth_mm);
-            let plot = Panel {
-                left: 60.0 + 392.0 * i as f64,
-                top: 86.0,
-                width: 310.0,
-                height: 270.0,
-                x: Axis::covering("Depth in the table, mm", [0.75, 1.25], depths, 4),
-                y: Axis::covering(label, [0.0, 0.1], values.chain(models), 5),
-            };
-            plot.draw(canvas);
-            for (_, against, colour, marker) in &series {
-                let path: Vec<_> = against.rows.iter().map(|r| plot.at(r.depth_mm, modelled(r))).collect();
-                canvas.line(&path, Line::solid(*colour, 1.8));
-                for at in path {
-                    canvas.marker(*marker, at, 4.6, *colour, false);
-                }
-            }
-            for p in &self.outcome.table {
-                canvas.marker(Marker::Circle, plot.at(p.depth_mm, measured(p)), 4.5, INK, true);
-            }
-        }
-        canvas.marker(Marker::Circle, (34.0, 18.0), 4.5, INK, true);
-        legend_text(canvas, (46.0, 18.0), "measured");
-        let mut x = 136.0;
-        for (name, _, colour, marker) in &series {
-            canvas.line(&[(x, 18.0), (x + 24.0, 18.0)], Line::solid(*colour, 1.8));
-            canvas.marker(*marker, (x + 12.0, 18.0), 4.6, *colour, false);
-            legend_text(canvas, (x + 32.0, 18.0), name);
-            x += 60.0 + super::super::font::width(name, Text::BODY.em, false);
-        }
-    }
+    };
+    picks.map(chart).into()
 }
 
 /// Errors of predictions of depths that were left out.
-pub struct LeftOutErrors<'a> {
-    pub outcome: &'a Outcome,
-}
-
-impl Figure for LeftOutErrors<'_> {
-    fn size(&self) -> (u32, u32) {
-        (760, 420)
-    }
-
-    fn draw(&self, canvas: &mut Canvas) {
-        const LOOKS: [(&str, Colour, Marker); 4] = [
-            ("finite elements at the depth", SERIES[0], Marker::Square),
-            ("finite elements at the measured N", SERIES[2], Marker::Circle),
-            ("F = c N^(2/3)", SERIES[1], Marker::Triangle),
-            ("F = c N^n, n fitted", SERIES[3], Marker::Diamond),
-        ];
-        let rows = &self.outcome.left_out;
-        let depth = |pick: fn(f64, f64) -> f64| rows.iter().map(|r| r.depth_mm).reduce(pick).unwrap_or(1.0);
-        // Room for the markers beside and beyond their depth and value.
-        let x = Axis::between("Depth left out, mm", [depth(f64::min) - 0.12, depth(f64::max) + 0.12], 4);
-        let plot = Panel {
-            left: 60.0,
-            top: 46.0,
-            width: 420.0,
-            height: 310.0,
-            x,
-            y: Axis::covering(
-                "Error of the predicted F/N, % of the measured F/N",
-                [-5.0, 5.0],
-                rows.iter().flat_map(|r| r.differences_percent.into_iter().flatten()).map(|d| 1.08 * d),
-                6,
-            ),
-        };
-        plot.draw(canvas);
-        let zero = [plot.at(0.0, 0.0).1; 2];
-        canvas.line(&[(plot.left, zero[0]), (plot.left + plot.width, zero[1])], Line::solid(GREY, 1.2));
-        for (k, (name, colour, marker)) in LOOKS.into_iter().enumerate() {
-            let dx = 6.0 * (k as f64 - 1.5);
-            for r in rows {
-                let Some(difference) = r.differences_percent[k] else { continue };
-                let (x, y) = plot.at(r.depth_mm, difference);
-                canvas.line(&[(x + dx, zero[0]), (x + dx, y)], Line::solid(colour, 1.4));
-                canvas.marker(marker, (x + dx, y), 4.4, colour, true);
-            }
-            let y = plot.top + 14.0 + 24.0 * k as f64;
-            canvas.marker(marker, (510.0, y), 4.4, colour, true);
-            legend_text(canvas, (522.0, y), name);
-        }
+pub fn left_out_errors(o: &Outcome) -> TraceChart {
+    const LOOKS: [(&str, usize); 4] = [
+        ("finite elements at the depth", 0),
+        ("finite elements at the measured N", 2),
+        ("F = c N^(2/3)", 1),
+        ("F = c N^n, n fitted", 3),
+    ];
+    let trace = |(k, (name, hue)): (usize, (&str, usize))| {
+        let points = o.left_out.iter().filter_map(|r| Some([r.depth_mm, r.differences_percent[k]?])).collect();
+        Trace { name: name.into(), points, is_dots: true, hue: Hue::Series(hue), ..Trace::default() }
+    };
+    TraceChart {
+        labels: ["Depth left out, mm".into(), "Error of the predicted F/N, % of the measured F/N".into()],
+        least: [-5.0, 5.0],
+        traces: LOOKS.into_iter().enumerate().map(trace).collect(),
+        ..TraceChart::default()
     }
 }
 
@@ -141,7 +70,7 @@ pub struct CurveFigure<'a> {
 
 impl Figure for CurveFigure<'_> {
     fn size(&self) -> (u32, u32) {
-        (820, 480)
+        (600, 480)
     }
 
     fn draw(&self, canvas: &mut Canvas) {
@@ -160,9 +89,9 @@ impl Figure for CurveFigure<'_> {
         };
         let plot = Panel {
             left: 60.0,
-            top: 44.0,
-            width: 500.0,
-            height: 370.0,
+            top: 68.0,
+            width: 510.0,
+            height: 346.0,
             x: Axis::log("Normal force N, newton", [low, high]),
             y: Axis::log(
                 "Friction coefficient F/N",
@@ -190,16 +119,12 @@ impl Figure for CurveFigure<'_> {
         for p in &self.outcome.table {
             canvas.marker(Marker::Circle, plot.at(p.normal_force_n, p.friction_coefficient), 4.5, INK, true);
         }
-        let (x, mut y) = (plot.left + plot.width + 20.0, plot.top + 10.0);
-        canvas.marker(Marker::Circle, (x + 12.0, y), 4.5, INK, true);
-        legend_text(canvas, (x + 32.0, y), "measured");
-        for (name, line) in
-            [("identified law", Line::solid(MODEL, 2.0)), ("its continuation", beyond), ("F = 1.13 N^(2/3)", grey)]
-        {
-            y += 24.0;
-            canvas.line(&[(x, y), (x + 24.0, y)], line);
-            legend_text(canvas, (x + 32.0, y), name);
-        }
+        let entries = vec![
+            (Sample::Point(Marker::Circle, true), "measured", INK),
+            (Sample::Line, "identified law; dashed: its continuation", MODEL),
+            (Sample::Line, "F = 1.13 N^(2/3)", GREY),
+        ];
+        Legend { width: 600.0, entries }.draw(canvas);
     }
 }
 
@@ -277,10 +202,8 @@ impl Figure for Tornado<'_> {
                 }
             }
         }
-        canvas.rect(290.0, 8.0, 12.0, 9.0, ESTIMATE);
-        legend_text(canvas, (308.0, 12.0), "input less");
-        canvas.rect(390.0, 8.0, 12.0, 9.0, MODEL);
-        legend_text(canvas, (408.0, 12.0), "input more");
+        let entries = vec![(Sample::Area, "input less", ESTIMATE), (Sample::Area, "input more", MODEL)];
+        Legend { width: 1180.0, entries }.draw(canvas);
     }
 }
 

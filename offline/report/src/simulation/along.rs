@@ -4,7 +4,7 @@ use fingerpad::Regime;
 
 use super::Marks;
 use super::series::{ALONG, Panel as PanelOf, Series};
-use crate::axes::{Axis, Panel, legend_text};
+use crate::axes::{Axis, Legend, Panel, Sample};
 use crate::canvas::{Canvas, Figure, HPos, Line, Text};
 use crate::colour::{Colour, GREY, INK, SERIES, SLIPPING, STUCK, WHITE, mix, rgb};
 use crate::font;
@@ -75,13 +75,18 @@ impl Along<'_> {
         all.filter(|(_, series)| series.iter().any(changes)).collect()
     }
 
-    /// The regimes' legend in lines, and its height.
-    fn legend_rows(&self) -> f64 {
-        if self.width < WIDE { 2.0 } else { 1.0 }
+    fn legend(&self) -> Legend<'static> {
+        let regimes = [
+            (Regime::NoContact, "no contact"),
+            (Regime::Stick, "stick"),
+            (Regime::PartialSlip, "partial slip"),
+            (Regime::Slip, "full slip"),
+        ];
+        Legend { width: self.width, entries: regimes.map(|(regime, name)| (Sample::Area, name, shade(regime))).into() }
     }
 
     fn top(&self) -> f64 {
-        12.0 + 22.0 * self.legend_rows() + if self.marks.0.is_empty() { 0.0 } else { 34.0 }
+        self.legend().height() + 6.0 + if self.marks.0.is_empty() { 0.0 } else { 34.0 }
     }
 
     fn place(&self, k: usize, x: &Axis, y: Axis) -> Panel {
@@ -96,24 +101,9 @@ impl Along<'_> {
         }
     }
 
-    fn regime_legend(&self, canvas: &mut Canvas) {
-        let entries = [
-            (Regime::NoContact, "no contact"),
-            (Regime::Stick, "stick"),
-            (Regime::PartialSlip, "partial slip"),
-            (Regime::Slip, "full slip"),
-        ];
-        let per_row = entries.len() / self.legend_rows() as usize;
-        for (i, (regime, name)) in entries.into_iter().enumerate() {
-            let at = (LEFT + 130.0 * (i % per_row) as f64, 14.0 + 22.0 * (i / per_row) as f64);
-            canvas.rect(at.0, at.1 - 7.0, 24.0, 14.0, shade(regime));
-            legend_text(canvas, (at.0 + 32.0, at.1), name);
-        }
-    }
-
     /// Letters above the first panel.
     fn letters(&self, canvas: &mut Canvas, first: &Panel) {
-        let [upper, lower] = [12.0, 27.0].map(|y| 12.0 + 22.0 * self.legend_rows() + y - 4.0);
+        let [upper, lower] = [8.0, 23.0].map(|y| self.legend().height() + 6.0 + y);
         let mut last = (f64::NEG_INFINITY, lower);
         for (letter, response) in &self.marks.0 {
             let at = first.at(response.t_s, first.y.min()).0;
@@ -166,7 +156,7 @@ impl Figure for Along<'_> {
         let start = times().next().unwrap_or(0.0);
         let count = if self.width < WIDE { 7 } else { 14 };
         let mut x = Axis::covering("", [start, start], times(), count);
-        self.regime_legend(canvas);
+        self.legend().draw(canvas);
         for (k, (of, series)) in panels.iter().enumerate() {
             let values = series.iter().flat_map(|s| self.responses.iter().map(s.of));
             let y = Axis::covering("", of.least_or(values.clone()), values, 4);

@@ -12,33 +12,29 @@ use fingerpad_identify::table_diagnosis::{CandidateReport, Finding, QUANTITIES, 
 /// The page as one file.
 pub fn page(finding: &Finding, pictures: &[Picture]) -> String {
     let (report, section) = (&finding.report.diagnosis, &finding.report.table);
-    let title = match report.verdict {
-        Verdict::None => "The finite elements explain the table",
-        Verdict::Named => "The missing effect has a name",
-        Verdict::Ambiguous => "More than one effect would explain the table",
-        Verdict::UnexplainedStructure => "Something that no candidate explains",
-    };
+    let title = headline(report.verdict, section);
     let files: Vec<&str> = report.input.iter().map(|f| f.file.as_str()).collect();
     let fe = &section.finite_elements;
     let [force, area, friction] = fe.regression_percent.map(|percent| fixed(percent, 1));
     let main = html! {
-        main {
+        main.diagnosis {
             header {
-                h1 { (title) }
                 p.meta {
                     (files.join(" · ")) " · shape " (fe.shape) " · mesh " (fe.mesh_preset) " (" (fe.nodes) " nodes)"
                     " · fingerpad " (report.version)
                 }
+                h1 { (prose(&title)) }
             }
             p.verdict { (prose(&first_sentence(section))) }
             p { "Verdict: " code { (word(report)) } }
             (figures(1, &pictures[..1]))
-            (steps(section))
+            section.pair { (figures(2, &pictures[1..])) div { (steps(section)) } }
             (cells(section))
-            (figures(2, &pictures[1..]))
             (candidates(section))
-            (sentences("What this table does not determine", &section.cannot_tell))
-            (sentences("The experiment that would decide", &section.decides))
+            section.pair {
+                div { (sentences("What this table does not determine", &section.cannot_tell)) }
+                div { (sentences("The experiment that would decide", &section.decides)) }
+            }
             @if let Some(plan) = &report.next_experiment {
                 @let depths = plan.runs.iter().filter_map(|r| r.depth_mm).map(|d| format!("{} mm", fixed(d, 2)));
                 p {
@@ -66,6 +62,23 @@ fn sentences(heading: &str, sentences: &[String]) -> Markup {
         h2 { (heading) }
         ul { @for sentence in sentences { li { (prose(sentence)) } } }
     }
+}
+
+/// The verdict in words, with the gap before and after in per cent.
+fn headline(verdict: Verdict, section: &TableSection) -> String {
+    let gap = |name: &str| section.steps.iter().find(|s| s.name == name).map(|s| s.rms_percent);
+    let after = gap("corrected").or(gap("constants")).unwrap_or(f64::NAN);
+    let names: Vec<String> =
+        section.contenders.iter().take(2).map(|c| c.replace('_', " ").replace('+', " and ")).collect();
+    let more = if section.contenders.len() > 2 { " or another" } else { "" };
+    let finding = match verdict {
+        Verdict::None => "Nothing is missing: the finger's constants explain the table".into(),
+        Verdict::Named => format!("Missing: {}", names.first().map_or("", String::as_str)),
+        Verdict::Ambiguous => format!("Missing: {}{more}, and this table cannot tell which", names.join(" or ")),
+        Verdict::UnexplainedStructure => "Unexplained: no candidate brings the gap down to the errors".into(),
+    };
+    let [before, after] = [gap("as_given").unwrap_or(f64::NAN), after].map(|percent| significant(percent, 2));
+    format!("{finding}. The gap falls from {before} to {after} %.")
 }
 
 /// The number that matters, in one sentence.
@@ -128,8 +141,8 @@ fn steps(section: &TableSection) -> Markup {
 fn cells(section: &TableSection) -> Markup {
     let heads = html! {
         th { "depth" br; "mm" } th.name { "quantity" } th { "measured" }
-        @for model in ["published", "calibrated", "corrected"] { th { (model) } th { "gap, %" } }
-        th { "measured without" br; "the instruments' share" }
+        th { "published" } th { "gap, %" } th.minor { "calibrated" } th.minor { "gap, %" } th { "corrected" } th { "gap, %" }
+        th.minor { "measured without" br; "the instruments' share" }
     };
     let rows = html! {
         @for c in &section.cells {
@@ -139,9 +152,9 @@ fn cells(section: &TableSection) -> Markup {
                 td { (c.quantity.trim_end_matches("_n").trim_end_matches("_mm2").replace('_', " ")) }
                 (cell(fixed(c.measured, decimals)))
                 (cell(fixed(c.as_given, decimals))) (difference(c.as_given_percent))
-                (cell(fixed(c.calibrated, decimals))) (difference(c.calibrated_percent))
+                td.num.minor { (fixed(c.calibrated, decimals)) } td.num.diff.minor { (signed(c.calibrated_percent, 1)) }
                 (cell(fixed(c.corrected, decimals))) (difference(c.corrected_percent))
-                (cell(fixed(c.measured_corrected, decimals)))
+                td.num.minor { (fixed(c.measured_corrected, decimals)) }
             }
         }
     };
