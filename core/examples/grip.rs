@@ -110,8 +110,9 @@ fn both() -> Result<[Outcome; 2], fingerpad::Error> {
     Ok([true, false].map(|controlled| hold(&model, &finger, controlled)))
 }
 
-/// The margins by which a grip may be chosen.
-const MARGINS: [(&str, fn(&Response) -> f32); 2] =
+/// A margin of a response, by which a grip may be chosen.
+type Margin = fn(&Response) -> f32;
+const MARGINS: [(&str, Margin); 2] =
     [("slip_margin", |r| r.slip_margin), ("slip_margin_relaxed", |r| r.slip_margin_relaxed)];
 /// Load on a finger that relaxes, N, margin that the squeeze is to leave, and the part of the load below which it has slipped.
 const LOAD_N: f32 = 0.1;
@@ -120,7 +121,7 @@ const SLIPPED: f32 = 0.95;
 
 /// A squeeze under a load until a margin of its responses is [`KEPT`], then a minute at that depth: the depth, mm, and the time at which the load
 /// slips, s.
-fn squeezed(margin: fn(&Response) -> f32) -> Result<(f32, Option<f32>), fingerpad::Error> {
+fn squeezed(margin: Margin) -> Result<(f32, Option<f32>), fingerpad::Error> {
     // Hand-made numbers, and times of a human finger with assumed shares.
     let example = ExamplePad::new();
     let pad = example.pad().with_relaxation(Relaxation::HUMAN_ASSUMED);

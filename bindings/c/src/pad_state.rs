@@ -132,6 +132,7 @@ macro_rules! with_kind {
         }
     };
 }
+#[cfg(not(target_os = "none"))]
 pub(crate) use with_kind;
 
 /// Bytes of a saved state of a pad.

@@ -91,6 +91,15 @@ def test_a_bad_attribute_of_a_pad_is_named_with_its_value(attribute, value, reas
     assert reason in said and f'attribute {attribute} = "{value}"' in said, said
 
 
+def test_a_pad_that_relaxes_is_refused_by_name(capfd, own_folder):
+    # The Python package of the core writes such files.
+    core = pytest.importorskip("fingerpad")
+    soft = own_folder / "soft.fpm"
+    soft.write_bytes(core.Pad.from_file(scenes.PAD_FILE).relaxing("human-assumed").to_bytes())
+    said = why_refused(paths.scene(model_file=soft), capfd, own_folder)
+    assert "section RELX" in said and f'attribute model_file = "{soft}"' in said, said
+
+
 def test_a_missing_plugin_is_an_error_with_the_build_commands(tmp_path):
     with pytest.raises(FileNotFoundError, match="cmake --build"):
         fingerpad_mujoco.load(tmp_path / "nothing.so")

@@ -38,7 +38,8 @@ def test_numbers_of_the_core(model: fw.Model, device: str, spin: bool, steps: in
     assert worst <= 1e-6, f"seed {SEED}: forces differ by {worst:.1e} of the limit"
     np.testing.assert_array_equal(found["status"], expected["status"])
     np.testing.assert_array_equal(found["regime"], expected["regime"])
-    for name in expected.dtype.names:
+    # Nothing relaxes in this package, so the margin that is left is the margin.
+    for name in set(expected.dtype.names) - {"slip_margin_relaxed"}:
         if device == "cpu":
             # Without fused multiplications the order of operations is that of the core, and so are the bits.
             np.testing.assert_array_equal(found[name], expected[name], err_msg=f"seed {SEED}: {name}")
