@@ -285,7 +285,7 @@ static void curvature_of(mjtNum* hessian, const coupling* all, const mjtNum* a) 
 /* How much of a step from `a` to take: where the cost falls no more along it, or the whole where it still falls there. `trial` is where that
  * leads, with its gradient. */
 static void search(mjtNum* trial, mjtNum* gradient, const coupling* all, const mjtNum* a, const mjtNum* step, mjtNum slope) {
-  enum { TRIALS = 12 };
+  enum { TRIALS = 40 };
   int nv = all->m->nv;
   mjtNum from = 0, to = 1, share = 1, left = slope, right = 0;
   for (int i = 0; i < TRIALS; i++) {
@@ -304,9 +304,9 @@ static void search(mjtNum* trial, mjtNum* gradient, const coupling* all, const m
   }
 }
 
-/* Brings the accelerations `a` to the minimum of the cost, by Newton's method. */
-static void minimise(mjtNum* a, const coupling* all) {
-  enum { ROUNDS = 30 };
+/* Brings the accelerations `a` to the minimum of the cost, by Newton's method. Returns the gradient that is left over the forces. */
+static mjtNum minimise(mjtNum* a, const coupling* all) {
+  enum { ROUNDS = 60 };
   const mjtNum small = 1e-10;
   int nv = all->m->nv;
   mjData* d = all->d;
@@ -314,14 +314,18 @@ static void minimise(mjtNum* a, const coupling* all) {
   mjtNum *hessian = mj_stackAllocNum(d, (size_t)(nv * nv)), *gradient = mj_stackAllocNum(d, (size_t)(3 * nv));
   mjtNum *step = gradient + nv, *trial = step + nv;
   gradient_of(gradient, all, a);
-  for (int round = 0; round < ROUNDS && mju_norm(gradient, nv) > small * mju_norm(all->force, nv); round++) {
+  mjtNum size = mju_norm(all->force, nv), left = mju_norm(gradient, nv);
+  for (int i = 0; i < all->count; i++) size += mju_norm(all->law[i].all, AXES);
+  for (int round = 0; round < ROUNDS && left > small * size; round++) {
     curvature_of(hessian, all, a);
     mju_cholFactor(hessian, nv, mjMINVAL);
     mju_cholSolve(step, hessian, gradient, nv);
     search(trial, gradient, all, a, step, -mju_dot(gradient, step, nv));
     mju_copy(a, trial, nv);
+    left = mju_norm(gradient, nv);
   }
   mj_freeStack(d);
+  return left / mju_max(size, mjMINVAL);
 }
 
 /* Takes the normal forces at the end of the step into the limits of friction. Returns the largest change of a share. */
@@ -359,7 +363,10 @@ static void wrench_ahead(wrench* w, const coupled_contact* c, const step_law* la
  * with the wrenches w of the contacts at their velocities at the end of the step; their limits of friction follow their normal forces. */
 void apply_coupled(const mjModel* m, mjData* d, coupled_contact* contacts, int count) {
   enum { ROUNDS = 6 };
-  const mjtNum close = 1e-3;
+  /* Changes of a share of the normal force: so small that the next round changes nothing, and so large that friction is off by as much. */
+  const mjtNum close = 1e-3, off = 0.05;
+  /* What may be left of the gradient. */
+  const mjtNum found = 1e-6;
   int nv = m->nv;
   mj_markStack(d);
   mjtNum* mass = mj_stackAllocNum(d, (size_t)(nv * nv));
@@ -378,15 +385,18 @@ void apply_coupled(const mjModel* m, mjData* d, coupled_contact* contacts, int c
   }
   if (d->nefc) mj_referenceConstraint(m, d);
   mju_zero(a, nv);
-  for (int round = 0; round < ROUNDS; round++) {
-    minimise(a, &all);
-    if (update_shares(&all, a) < close) break;
+  mjtNum left = 0, changed = 1;
+  for (int round = 0; round < ROUNDS && changed > close; round++) {
+    left = minimise(a, &all);
+    changed = update_shares(&all, a);
   }
+  int is_found = left < found && changed < off;
   for (int i = 0; i < count; i++) {
     mjtNum after[AXES];
     wrench w;
     velocity_after(after, &all, law + i, a);
     wrench_ahead(&w, contacts + i, law + i, after);
+    if (!is_found) contacts[i].now->status |= FINGERPAD_STATUS_NOT_CONVERGED;
     wrench_apply(&w, contacts[i].s, &contacts[i].here, m, d, contacts[i].geom);
   }
   mj_freeStack(d);
