@@ -102,6 +102,7 @@ impl<'a> Basis<'a> {
         let too_small = settling.drop_too_small(self);
         settling.renew_evidence();
         let (lack_of_fit, expected_variances) = settling.left(self);
+        let is_open = settling.is_open();
         let Settling { task, selection, hypotheses, .. } = settling;
         // Evidence for a law that no refit confirms is structure too, unless a law that is too small to be named explains it.
         let stands_out = |t: &SingleLawTest| t.significant && t.gain_2ll >= least_gain(t.law, t.p_runs.by_calibration);
@@ -110,7 +111,7 @@ impl<'a> Basis<'a> {
             Verdict::UnexplainedStructure
         } else if hypotheses.is_empty() {
             Verdict::None
-        } else if hypotheses.iter().any(|h| families(h).len() > 1) {
+        } else if is_open {
             Verdict::Ambiguous
         } else {
             Verdict::Named
@@ -125,6 +126,9 @@ fn least_gain(law: &Law, by_calibration: bool) -> f64 {
     let known = |driver: &Column| *driver == Column::Depth || (by_calibration && *driver == Column::Direction);
     if law.drivers.iter().all(known) { 0.0 } else { LEAST_GAIN }
 }
+
+/// Share of the largest named effect up to which another one is small beside it.
+const SMALL_BESIDE: f64 = 0.25;
 
 /// A law that stands out from chance and is not named.
 pub struct TooSmall {
@@ -224,6 +228,32 @@ impl<'a> Settling<'a> {
         }
     }
 
+    /// Readings with all laws, three per row, N.
+    fn prediction_n(&self) -> Vec<f64> {
+        let fit = &self.selection.fit;
+        self.task.predict(&fit.parameters, &fit.laws)
+    }
+
+    /// What an accepted law changes.
+    fn weigh(&self, i: usize, with_n: &[f64]) -> TooSmall {
+        let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
+        let without_n = self.task.predict(&self.selection.fit.parameters, &others);
+        let share = share_of_forces(self.set, &without_n, with_n);
+        let in_air = minus_ln_p(gain_in_air(self.set, &without_n, with_n), law.parameters.len());
+        let of_sensor = in_air > -against_calibration(&self.settings).ln();
+        TooSmall { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
+    }
+
+    /// Whether candidates that these runs cannot tell apart leave the answer open. They do not where what they change is small beside an
+    /// effect with a name.
+    fn is_open(&self) -> bool {
+        let with = self.prediction_n();
+        let (open, named): (Vec<usize>, Vec<usize>) =
+            (0..self.hypotheses.len()).partition(|i| families(&self.hypotheses[*i]).len() > 1);
+        let largest = |list: &[usize]| list.iter().map(|i| self.weigh(*i, &with).share).fold(0.0, f64::max);
+        !open.is_empty() && largest(&open) > SMALL_BESIDE * largest(&named)
+    }
+
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
     /// and reports them: with hundreds of runs an error of the baseline's form stands out from chance as a law does. A law of
     /// little evidence stays where it is all that explains a structure.
@@ -231,17 +261,8 @@ impl<'a> Settling<'a> {
         let mut out = Vec::new();
         let mut needed: Vec<&Law> = Vec::new();
         loop {
-            let fit = &self.selection.fit;
-            let with = self.task.predict(&fit.parameters, &fit.laws);
-            let small_law = |i: usize| {
-                let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
-                let without = self.task.predict(&fit.parameters, &others);
-                let share = share_of_forces(self.set, &without, &with);
-                let in_air = minus_ln_p(gain_in_air(self.set, &without, &with), law.parameters.len());
-                let of_sensor = in_air > -against_calibration(&self.settings).ln();
-                TooSmall { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
-            };
-            let small = (0..self.hypotheses.len()).map(|i| (i, small_law(i)));
+            let with = self.prediction_n();
+            let small = (0..self.hypotheses.len()).map(|i| (i, self.weigh(i, &with)));
             let by_calibration = |i: usize| self.selection.evidence[i].p_runs.by_calibration;
             let small = small.filter(|(i, s)| {
                 (s.share < LEAST_SIZE && !s.of_sensor) || s.gain_2ll < least_gain(s.law, by_calibration(*i))

@@ -33,6 +33,14 @@ fn families(effect: &EffectFound) -> Vec<String> {
     list
 }
 
+/// The law of an effect, or the candidates for it.
+fn candidates(effect: &EffectFound) -> String {
+    match &families(effect)[..] {
+        [] | [_] => plain(&effect.law),
+        several => format!("{} (these runs cannot tell which)", several.join(" or ")),
+    }
+}
+
 /// A parameter's name without the unit in which it ends.
 fn without_unit(name: &str) -> &str {
     const UNITS: [&str; 10] =
@@ -217,16 +225,8 @@ pub fn headline(report: &Diagnosis) -> String {
     let finding = match report.verdict {
         Verdict::None if look_exchanged(report) => return "No result: the files look exchanged".into(),
         Verdict::None => "Nothing is missing that these runs could show".into(),
-        Verdict::Named => {
-            let list: Vec<String> = report.effects.iter().map(|e| share(e, plain(&e.law))).collect();
-            format!("Missing: {}", list.join("; and "))
-        }
-        Verdict::Ambiguous => {
-            let names = |e: &EffectFound| match &families(e)[..] {
-                [one] => one.clone(),
-                several => format!("{} (these runs cannot tell which)", several.join(" or ")),
-            };
-            let list: Vec<String> = report.effects.iter().map(|e| share(e, names(e))).collect();
+        Verdict::Named | Verdict::Ambiguous => {
+            let list: Vec<String> = report.effects.iter().map(|e| share(e, candidates(e))).collect();
             format!("Missing: {}", list.join("; and "))
         }
         Verdict::UnexplainedStructure => {
@@ -331,7 +331,7 @@ fn answer(report: &Diagnosis, with_list: bool) -> String {
             fixed(gap.ratio_before, 2)
         ),
         Verdict::Named => {
-            let list: Vec<String> = report.effects.iter().map(|e| format!("{} ({})", plain(&e.law), size(e))).collect();
+            let list: Vec<String> = report.effects.iter().map(|e| format!("{} ({})", candidates(e), size(e))).collect();
             let list = if with_list { format!("Missing: {}.", list.join("; and ")) } else { String::new() };
             format!("{list}{} {closing}", place(report))
         }
