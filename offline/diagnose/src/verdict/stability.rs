@@ -77,7 +77,6 @@ mod tests {
     #[test]
     fn each_run_is_in_one_of_equal_groups() {
         for (runs, groups) in [(60, 10), (16, 10), (7, 3)] {
-            let rows = (ALL_ROWS / runs).clamp(SHAPE, ROWS);
             let group_of = grouping(runs, groups, 1);
             let sizes: Vec<usize> = (0..groups).map(|g| group_of.iter().filter(|of| **of == g).count()).collect();
             assert_eq!(sizes.iter().sum::<usize>(), runs);
