@@ -245,13 +245,16 @@ impl<'a> Settling<'a> {
     }
 
     /// Whether candidates that these runs cannot tell apart leave the answer open. They do not where what they change is small beside an
-    /// effect with a name.
+    /// effect of the finger with a name.
     fn is_open(&self) -> bool {
         let with = self.prediction_n();
         let (open, named): (Vec<usize>, Vec<usize>) =
             (0..self.hypotheses.len()).partition(|i| families(&self.hypotheses[*i]).len() > 1);
-        let largest = |list: &[usize]| list.iter().map(|i| self.weigh(*i, &with).share).fold(0.0, f64::max);
-        !open.is_empty() && largest(&open) > SMALL_BESIDE * largest(&named)
+        let weights = |list: Vec<usize>| -> Vec<TooSmall> { list.into_iter().map(|i| self.weigh(i, &with)).collect() };
+        let largest = |list: &[TooSmall]| list.iter().map(|w| w.share).fold(0.0, f64::max);
+        let mut named = weights(named);
+        named.retain(|weight| weight.law.place != Place::Reading);
+        !open.is_empty() && largest(&weights(open)) > SMALL_BESIDE * largest(&named)
     }
 
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,

@@ -231,7 +231,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("r.csv");
         let head = header(true) + "\n";
-        let pose = "0,30,0,0.1,0,0,,,1,2,3,4,5,6";
+        let pose = "0,30,0,0.1,0,0,,,1,2,3,4,5,6,7";
         std::fs::write(&file, format!("{head}0,1,0,0,0.2,0.1,0,50,0.5,slip,ok,{pose}\n")).unwrap();
         assert_eq!(read(&file).unwrap()[0].regime, Regime::Slip);
         for (regime, status) in [("sliding", "ok"), ("slip", "bad"), ("slip", ""), ("slip", "stabilised+")] {
