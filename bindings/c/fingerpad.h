@@ -388,7 +388,7 @@ typedef struct {
 // The model file of a pad in use: every pose of the finger, on planes, spheres, cylinders and edges. Set it up with
 // `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[13];
+  uint64_t opaque[14];
 } fingerpad_pad;
 
 // The shape of a rigid body in a frame of its own.
@@ -403,12 +403,20 @@ typedef struct {
   double angle_deg;
 } fingerpad_shape;
 
-// All that a finger remembers of its contact with one body: room for any pad and for a bed. Set it up with `fingerpad_frame_init_pad` or
-// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first `fingerpad_frame_bytes`, to go back
-// to it in the same program.
+// All that a finger remembers of its contact with one body: room for a bed and for any pad that does not relax. Set it up with
+// `fingerpad_frame_init_pad` or `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first
+// `fingerpad_frame_bytes`, to go back to it in the same program.
 typedef struct {
-  uint64_t opaque[604];
+  uint64_t opaque[288];
 } fingerpad_frame_contact;
+
+// The same for tissue that relaxes. Set it up with `fingerpad_relaxing_frame_init_pad`, for any pad, and hand `&contact` of it to every
+// function.
+typedef struct {
+  // Its beginning, which stands for it.
+  fingerpad_frame_contact contact;
+  uint64_t more[316];
+} fingerpad_relaxing_frame_contact;
 
 // Pose of a body in the finger's frame. That frame is the bone's: x along the finger from proximal to distal, z out of the pad's surface
 // into the finger, y to complete a right-handed frame; the origin is where a plane first touches in the neutral pose.
@@ -821,11 +829,16 @@ int32_t fingerpad_step_forces(const fingerpad_model *model,
 
 // A finger in the air that is to touch a body of this shape, with the model of a pad and a strength factor of 1.
 //
-// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a kind that is none or a size out of its range, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
-// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+// Returns FINGERPAD_OK, or FINGERPAD_BUFFER for a pad whose tissue relaxes (use `fingerpad_relaxing_frame_init_pad`), FINGERPAD_RANGE for a
+// kind that is none or a size out of its range, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
 int32_t fingerpad_frame_init_pad(const fingerpad_pad *pad,
                                  fingerpad_shape shape,
                                  fingerpad_frame_contact *contact);
+
+// The same for any pad. FINGERPAD_NOT_SET_UP also as `fingerpad_relaxing_pad_state_init`.
+int32_t fingerpad_relaxing_frame_init_pad(const fingerpad_pad *pad,
+                                          fingerpad_shape shape,
+                                          fingerpad_relaxing_frame_contact *contact);
 
 // The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
 // of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`.
@@ -932,9 +945,16 @@ int32_t fingerpad_model_own_column(const fingerpad_model *model,
 //
 // Returns FINGERPAD_OK, or why the file is refused; then the pad is as one that was unloaded. FINGERPAD_SECTION: the file has no
 // pad in it; if it is the file of a bed, use `fingerpad_model_load`. FINGERPAD_SHAPE: more than FINGERPAD_PATCHES_MAX patches.
+// A pad whose file has branches can be described; for contacts of it use `fingerpad_relaxing_pad_load`.
 int32_t fingerpad_pad_load(fingerpad_pad *pad,
                            const uint8_t *file,
                            size_t length);
+
+// The same, also for contacts of tissue that relaxes by the branches of its file. Only a program with this function or `fingerpad_pad_relax`
+// contains the steps of such tissue.
+int32_t fingerpad_relaxing_pad_load(fingerpad_pad *pad,
+                                    const uint8_t *file,
+                                    size_t length);
 
 // Marks a pad as not set up, so that using it after its file is gone is refused.
 int32_t fingerpad_pad_unload(fingerpad_pad *pad);
@@ -987,11 +1007,12 @@ int32_t fingerpad_pad_state_init_over(const fingerpad_pad *pad,
                                       float pitch_deg,
                                       float roll_deg);
 
-// As `fingerpad_pad_state_init`, of any pad.
+// As `fingerpad_pad_state_init`, of any pad. FINGERPAD_NOT_SET_UP also for a pad with the branches of its file that was loaded with
+// `fingerpad_pad_load`: use `fingerpad_relaxing_pad_load`.
 int32_t fingerpad_relaxing_pad_state_init(const fingerpad_pad *pad,
                                           fingerpad_relaxing_pad_state *state);
 
-// As `fingerpad_pad_state_init_over`, of any pad.
+// As `fingerpad_pad_state_init_over`, of any pad; see `fingerpad_relaxing_pad_state_init`.
 int32_t fingerpad_relaxing_pad_state_init_over(const fingerpad_pad *pad,
                                                fingerpad_relaxing_pad_state *state,
                                                float pitch_deg,

@@ -353,6 +353,14 @@ public:
         return detail::result(code, pad);
     }
 
+    /* The same, also for contacts of tissue that relaxes by the branches of its file. */
+    static Result<Pad> load_relaxing(std::span<const std::byte> file) noexcept
+    {
+        Pad pad;
+        const std::int32_t code = fingerpad_relaxing_pad_load(&pad.pad_, detail::raw(file), file.size());
+        return detail::result(code, pad);
+    }
+
     /* Another finger: factors on size (0.5 to 2), stiffness (0.2 to 5) and lambda (0.1 to 10). Contacts must be made again. */
     Code tune(float size, float stiffness, float lambda) noexcept
     {
@@ -389,7 +397,7 @@ private:
 
 namespace detail {
 
-/* The states of fingerpad.h of a pad that does not relax, and of any pad. */
+/* The states and contacts of fingerpad.h of a pad that does not relax, and of any pad. */
 struct Prompt {
     using State = fingerpad_pad_state;
     static constexpr std::size_t saved_bytes_max = FINGERPAD_PAD_STATE_BYTES;
@@ -397,6 +405,11 @@ struct Prompt {
     static constexpr auto init_over = fingerpad_pad_state_init_over;
     static constexpr fingerpad_pad_state *state(State *state) noexcept { return state; }
     static constexpr const fingerpad_pad_state *state(const State *state) noexcept { return state; }
+
+    using Frame = fingerpad_frame_contact;
+    static constexpr auto frame_init = fingerpad_frame_init_pad;
+    static constexpr fingerpad_frame_contact *frame(Frame *contact) noexcept { return contact; }
+    static constexpr const fingerpad_frame_contact *frame(const Frame *contact) noexcept { return contact; }
 };
 
 struct Relaxes {
@@ -406,6 +419,11 @@ struct Relaxes {
     static constexpr auto init_over = fingerpad_relaxing_pad_state_init_over;
     static constexpr fingerpad_pad_state *state(State *state) noexcept { return &state->state; }
     static constexpr const fingerpad_pad_state *state(const State *state) noexcept { return &state->state; }
+
+    using Frame = fingerpad_relaxing_frame_contact;
+    static constexpr auto frame_init = fingerpad_relaxing_frame_init_pad;
+    static constexpr fingerpad_frame_contact *frame(Frame *contact) noexcept { return &contact->contact; }
+    static constexpr const fingerpad_frame_contact *frame(const Frame *contact) noexcept { return &contact->contact; }
 };
 
 } // namespace detail
@@ -484,23 +502,23 @@ private:
 using PadContact = PadContactOf<detail::Prompt>;
 using RelaxingPadContact = PadContactOf<detail::Relaxes>;
 
-/* A finger against one body, from the pose of the body in the finger's frame; `sizeof(FrameContact)` bytes. It belongs to one pad or bed,
- * one tuning and one body. */
-class FrameContact {
+/* A finger against one body, from the pose of the body in the finger's frame. It belongs to one pad or bed, one tuning and one body. */
+template <class Kind>
+class FrameContactOf {
 public:
     /* A finger in the air that is to touch a body of this shape; `Code::range` for sizes out of range. */
-    static Result<FrameContact> with(const Pad &pad, const Shape &shape) noexcept
+    static Result<FrameContactOf> with(const Pad &pad, const Shape &shape) noexcept
     {
-        FrameContact contact;
-        const std::int32_t code = fingerpad_frame_init_pad(&pad.c(), shape, &contact.contact_);
+        FrameContactOf contact;
+        const std::int32_t code = Kind::frame_init(&pad.c(), shape, &contact.contact_);
         return detail::result(code, contact);
     }
 
     /* The same of a bed, which touches planes and boxes: `Code::range` for other shapes. */
-    static Result<FrameContact> with(const Bed &bed, const Shape &shape) noexcept
+    static Result<FrameContactOf> with(const Bed &bed, const Shape &shape) noexcept
     {
-        FrameContact contact;
-        const std::int32_t code = fingerpad_frame_init_bed(&bed.c(), shape, &contact.contact_);
+        FrameContactOf contact;
+        const std::int32_t code = fingerpad_frame_init_bed(&bed.c(), shape, &contact.c());
         return detail::result(code, contact);
     }
 
@@ -508,29 +526,33 @@ public:
     Result<FrameResponse> step(const Pad &pad, const Pose &body, float dt_s) noexcept
     {
         FrameResponse response{};
-        const std::int32_t code = fingerpad_frame_step_pad(&pad.c(), &contact_, &body, dt_s, &response);
+        const std::int32_t code = fingerpad_frame_step_pad(&pad.c(), &c(), &body, dt_s, &response);
         return detail::result(code, response);
     }
 
     Result<FrameResponse> step(const Bed &bed, const Pose &body, float dt_s) noexcept
     {
         FrameResponse response{};
-        const std::int32_t code = fingerpad_frame_step_bed(&bed.c(), &contact_, &body, dt_s, &response);
+        const std::int32_t code = fingerpad_frame_step_bed(&bed.c(), &c(), &body, dt_s, &response);
         return detail::result(code, response);
     }
 
     /* Factor on all strengths, 0.1 to 5, from the next step on. */
     Code set_strength_factor(float factor) noexcept
     {
-        return static_cast<Code>(fingerpad_frame_set_strength_factor(&contact_, factor));
+        return static_cast<Code>(fingerpad_frame_set_strength_factor(&c(), factor));
     }
 
-    fingerpad_frame_contact &c() noexcept { return contact_; }
-    const fingerpad_frame_contact &c() const noexcept { return contact_; }
+    fingerpad_frame_contact &c() noexcept { return *Kind::frame(&contact_); }
+    const fingerpad_frame_contact &c() const noexcept { return *Kind::frame(&contact_); }
 
 private:
-    fingerpad_frame_contact contact_{};
+    typename Kind::Frame contact_{};
 };
+
+/* Contacts of a bed or of a pad that does not relax (`Code::buffer` for another), and of any pad. */
+using FrameContact = FrameContactOf<detail::Prompt>;
+using RelaxingFrameContact = FrameContactOf<detail::Relaxes>;
 
 /* Detects touch, first slip, full slip, restick and lift-off in the responses of one finger. */
 class Watch {

@@ -13,6 +13,7 @@
 /* The pad that ships, and one of more patches. */
 #define PAD_NAME "fingertip-pad.fpm"
 #define HALVED_NAME "halved-pad.fpm"
+#define RELAXING_NAME "relaxing-pad.fpm"
 
 /* A model file, at an address divisible by 8. */
 typedef struct {

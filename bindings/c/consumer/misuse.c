@@ -558,7 +558,7 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
 }
 
 /* Tissue that relaxes: a hold, steps of no time, and states without room for its memory. */
-static void relaxing_pads(fingerpad_pad pad)
+static void relaxing_pads(fingerpad_pad pad, const model_file *file)
 {
     static const fingerpad_branch branches[4] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}, {0.1f, 1.0f}};
     static const fingerpad_branch wrong[3] = {{-0.1f, 1.0f}, {0.5f, NAN}, {0.5f, 0.0f}};
@@ -570,10 +570,13 @@ static void relaxing_pads(fingerpad_pad pad)
     fingerpad_pad_motion motion = {1.0f, 0.0f, 0.0f, 0.0f, 30.0f, 0.0f, 1e-7f};
     fingerpad_pad_state plain;
     static fingerpad_relaxing_pad_state state, zeroed;
-    static fingerpad_frame_contact framed;
+    static fingerpad_relaxing_frame_contact framed;
     fingerpad_frame_response felt;
+    fingerpad_pad prompt;
     fingerpad_pad_info info;
     fingerpad_response first, r;
+    fingerpad_gradient g;
+    static fingerpad_patch patches[FINGERPAD_PATCHES_MAX];
     float time_s = 0.0f, felt_first;
     int i;
     for (i = 0; i < 3; i++) {
@@ -616,13 +619,32 @@ static void relaxing_pads(fingerpad_pad pad)
     motion.dt_s = 1e-7f;
     must(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), "as at first");
     expect_true(fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-3f, "a restored state remembers");
-    must(fingerpad_frame_init_pad(&pad, flat, &framed), "frames");
-    must(fingerpad_frame_step_pad(&pad, &framed, &up, 1e-4f, &felt), "press in frames");
-    must(fingerpad_frame_step_pad(&pad, &framed, &up, 1e-4f, &felt), "press in frames");
+    expect(fingerpad_frame_init_pad(&pad, flat, &framed.contact), FINGERPAD_BUFFER, "a contact in frames without room for the memory");
+    expect_true(fingerpad_frame_bytes(&framed.contact) == 0, "a refused contact in frames");
+    must(fingerpad_relaxing_frame_init_pad(&pad, flat, &framed), "frames");
+    must(fingerpad_frame_step_pad(&pad, &framed.contact, &up, 1e-4f, &felt), "press in frames");
+    must(fingerpad_frame_step_pad(&pad, &framed.contact, &up, 1e-4f, &felt), "press in frames");
     felt_first = felt.response.normal_force_n;
-    must(fingerpad_frame_step_pad(&pad, &framed, &up, 100.0f, &felt), "hold in frames");
-    expect_true(fingerpad_frame_bytes(&framed) > 2864 && felt_first > 2.0f * felt.response.normal_force_n
+    must(fingerpad_frame_step_pad(&pad, &framed.contact, &up, 100.0f, &felt), "hold in frames");
+    expect_true(fingerpad_frame_bytes(&framed.contact) > 2864 && felt_first > 2.0f * felt.response.normal_force_n
                     && felt.response.normal_force_n > 0.0f, "a hold in frames");
+    /* The same tissue, loaded by a program that does not ask for its steps. */
+    must(fingerpad_pad_load(&prompt, bytes_of(file), file->length), RELAXING_NAME);
+    must(fingerpad_pad_describe(&prompt, &info), "info of such a pad");
+    expect_true(info.branches == 3 && info.state_bytes == 2864, "branches of such a pad");
+    expect(fingerpad_pad_state_init(&prompt, &plain), FINGERPAD_BUFFER, "a state of such a pad");
+    expect(fingerpad_relaxing_pad_state_init(&prompt, &zeroed), FINGERPAD_NOT_SET_UP, "a state that relaxes of such a pad");
+    expect(fingerpad_relaxing_pad_state_init_over(&prompt, &zeroed, 30.0f, 0.0f), FINGERPAD_NOT_SET_UP, "the same over a body");
+    expect(fingerpad_relaxing_frame_init_pad(&prompt, flat, &framed), FINGERPAD_NOT_SET_UP, "a contact in frames of such a pad");
+    expect(fingerpad_pad_step(&prompt, &state.state, plane, motion, &r), FINGERPAD_NOT_SET_UP, "a step of such a pad");
+    expect(fingerpad_pad_gradient(&prompt, &state.state, plane, 0.0f, 0.0f, 0.0f, &g), FINGERPAD_NOT_SET_UP, "its gradient");
+    expect(fingerpad_pad_patches(&prompt, &state.state, plane, patches, FINGERPAD_PATCHES_MAX), FINGERPAD_NOT_SET_UP, "its patches");
+    expect(fingerpad_frame_step_pad(&prompt, &framed.contact, &up, 1e-3f, &felt), FINGERPAD_NOT_SET_UP, "its step in frames");
+    must(fingerpad_relaxing_pad_load(&prompt, bytes_of(file), file->length), RELAXING_NAME);
+    must(fingerpad_pad_step(&prompt, &state.state, plane, motion, &r), "a step of a pad that was loaded to relax");
+    must(fingerpad_pad_gradient(&prompt, &state.state, plane, 0.0f, 0.0f, 0.0f, &g), "its gradient");
+    must(fingerpad_pad_patches(&prompt, &state.state, plane, patches, FINGERPAD_PATCHES_MAX), "its patches");
+    must(fingerpad_frame_step_pad(&prompt, &framed.contact, &up, 1e-3f, &felt), "its step in frames");
     must(fingerpad_pad_relax(&pad, NULL, 0), "no branches any more");
     expect(fingerpad_pad_step(&pad, &state.state, plane, motion, &r), FINGERPAD_NOT_SET_UP, "a state that relaxes, of a pad that does not");
     must(fingerpad_relaxing_pad_state_init(&pad, &state), "more room than it needs");
@@ -630,7 +652,7 @@ static void relaxing_pads(fingerpad_pad pad)
     expect_true(fabsf(3.2f * r.normal_force_n / first.normal_force_n - 1.0f) < 1e-2f, "the relaxed tissue");
 }
 
-static void pads(const model_file *bed, const model_file *file, const model_file *halved)
+static void pads(const model_file *bed, const model_file *file, const model_file *halved, const model_file *relaxing)
 {
     fingerpad_pad pad, many;
     pad_files(bed, file);
@@ -647,12 +669,12 @@ static void pads(const model_file *bed, const model_file *file, const model_file
         frame_handles(&pad, &model);
         pad_requests(&pad);
     }
-    relaxing_pads(pad);
+    relaxing_pads(pad, relaxing);
 }
 
 int main(int argc, char **argv)
 {
-    static model_file file, more, pad, halved;
+    static model_file file, more, pad, halved, relaxing;
     fingerpad_model model, charged;
     if (argc != 3) {
         return 2;
@@ -671,7 +693,8 @@ int main(int argc, char **argv)
     numbers(&model);
     read_pad(&pad, PAD_NAME, argv[2]);
     read_pad(&halved, HALVED_NAME, argv[2]);
-    pads(&file, &pad, &halved);
+    read_pad(&relaxing, RELAXING_NAME, argv[2]);
+    pads(&file, &pad, &halved, &relaxing);
     (void)printf("%d failures\n", failures);
     return failures != 0;
 }

@@ -15,7 +15,7 @@ static fingerpad_pad_info pad_info;
 static fingerpad_body body;
 static fingerpad_relaxing_pad_state pad_room;
 static fingerpad_pad_state *const pad_state = &pad_room.state;
-static fingerpad_frame_contact framed;
+static fingerpad_relaxing_frame_contact framed;
 
 /* The words of a line behind its name; a line has at most eleven. */
 static size_t words_of(const char *line, float *numbers)
@@ -312,7 +312,7 @@ static void begin_framed(const char *line)
     shape.size_mm[2] = (double)f[2];
     shape.edge_radius_mm = (double)f[3];
     shape.angle_deg = (double)f[4];
-    (void)printf("%d", (int)fingerpad_frame_init_pad(&pad, shape, &framed));
+    (void)printf("%d", (int)fingerpad_relaxing_frame_init_pad(&pad, shape, &framed));
 }
 
 static void frame_step(const float *f)
@@ -327,7 +327,7 @@ static void frame_step(const float *f)
     for (i = 0; i < 4; i++) {
         pose.quaternion[i] = (double)f[3 + i];
     }
-    must(fingerpad_frame_step_pad(&pad, &framed, &pose, f[7], &r), "step in frames");
+    must(fingerpad_frame_step_pad(&pad, &framed.contact, &pose, f[7], &r), "step in frames");
     print_words(r.on_finger.force_n, 3);
     print_words(r.on_finger.moment_n_mm, 3);
     print_words(r.on_body.force_n, 3);
@@ -380,7 +380,7 @@ static void use_pad(void)
     const fingerpad_body plane = {FINGERPAD_BODY_PLANE, 0.0f, 0.0f, 0.0f};
     uint32_t length;
     (void)memcpy(&length, bytes_of(&pad_file) + 8, sizeof length);
-    must(fingerpad_pad_load(&pad, bytes_of(&pad_file), length), "pad");
+    must(fingerpad_relaxing_pad_load(&pad, bytes_of(&pad_file), length), "pad");
     pad_file.length = 0;
     must(fingerpad_pad_describe(&pad, &pad_info), "info of the pad");
     must(fingerpad_relaxing_pad_state_init(&pad, &pad_room), "state of the pad");

@@ -243,24 +243,28 @@ fp::Pose pose_below(unsigned i, double height_mm)
 struct PadFrames {
     using Model = fp::Pad;
     using Wrapped = fingerpad_pad;
-    static constexpr auto init = fingerpad_frame_init_pad;
+    static constexpr auto init = fingerpad_relaxing_frame_init_pad;
     static constexpr auto step = fingerpad_frame_step_pad;
 };
 
 struct BedFrames {
     using Model = fp::Bed;
     using Wrapped = fingerpad_model;
-    static constexpr auto init = fingerpad_frame_init_bed;
+    static std::int32_t init(const fingerpad_model *model, fingerpad_shape shape, fingerpad_relaxing_frame_contact *room)
+    {
+        return fingerpad_frame_init_bed(model, shape, &room->contact);
+    }
     static constexpr auto step = fingerpad_frame_step_bed;
 };
 
-template <class Frames>
+template <class Contact, class Frames>
 void framed(const typename Frames::Model &model, const typename Frames::Wrapped &wrapped, const fp::Shape &shape,
             const fingerpad_shape &same_shape, double height_mm)
 {
-    auto finger = must_get(fp::FrameContact::with(model, shape), "a contact in frames");
-    fingerpad_frame_contact contact;
-    must(Frames::init(&wrapped, same_shape, &contact), "a contact in frames");
+    auto finger = must_get(Contact::with(model, shape), "a contact in frames");
+    fingerpad_relaxing_frame_contact room;
+    fingerpad_frame_contact &contact = room.contact;
+    must(Frames::init(&wrapped, same_shape, &room), "a contact in frames");
     unsigned touches = 0, flagged = 0;
     for (unsigned i = 0; i < 400; i++) {
         if (i % 100 == 50) {
@@ -279,6 +283,7 @@ void framed(const typename Frames::Model &model, const typename Frames::Wrapped 
     expect(touches > 100 && flagged == 6, "the body is touched, and poses that are none are flagged");
 }
 
+template <class Contact>
 void frames(const fp::Bed &bed, const fp::Pad &pad, const fingerpad_model &model, const fingerpad_pad &wrapped)
 {
     const struct {
@@ -295,19 +300,19 @@ void frames(const fp::Bed &bed, const fp::Pad &pad, const fingerpad_model &model
         {fp::shapes::edge(4.0, 100.0), {FINGERPAD_SHAPE_EDGE, {4.0, 0.0, 0.0}, 0.0, 100.0}, 0.0},
     };
     for (const auto &body : bodies) {
-        framed<PadFrames>(pad, wrapped, body.shape, body.same, body.height_mm);
+        framed<Contact, PadFrames>(pad, wrapped, body.shape, body.same, body.height_mm);
         if (&body < bodies + 2) {
-            framed<BedFrames>(bed, model, body.shape, body.same, body.height_mm);
+            framed<Contact, BedFrames>(bed, model, body.shape, body.same, body.height_mm);
         } else {
-            expect(fp::FrameContact::with(bed, body.shape).code(), fp::Code::range, "a curved body of a bed");
+            expect(Contact::with(bed, body.shape).code(), fp::Code::range, "a curved body of a bed");
         }
     }
-    expect(fp::FrameContact::with(pad, fp::shapes::sphere(0.0)).code(), fp::Code::range, "a sphere of radius 0");
-    fp::FrameContact of_bed = must_get(fp::FrameContact::with(bed, fp::shapes::plane()), "a contact in frames");
+    expect(Contact::with(pad, fp::shapes::sphere(0.0)).code(), fp::Code::range, "a sphere of radius 0");
+    Contact of_bed = must_get(Contact::with(bed, fp::shapes::plane()), "a contact in frames");
     const fingerpad_frame_contact before = of_bed.c();
     expect(of_bed.step(pad, pose_below(0, 0.0), 1e-3f).code(), fp::Code::not_set_up, "a contact of a bed with a pad");
     expect(same(of_bed.c(), before), "a refused step changes the contact");
-    fp::FrameContact no_contact;
+    Contact no_contact;
     expect(no_contact.step(pad, pose_below(0, 0.0), 1e-3f).code(), fp::Code::not_set_up, "a contact that was not made");
     expect(no_contact.set_strength_factor(1.0f), fp::Code::not_set_up, "a contact that was not made");
 }
@@ -317,6 +322,7 @@ void misuse(const model_file &bed_file, const model_file &pad_file)
     const auto bed_bytes = bytes_in(bed_file), pad_bytes = bytes_in(pad_file);
     expect(fp::Bed::load(pad_bytes).code(), fp::Code::section, "a pad's file as a bed");
     expect(fp::Pad::load(bed_bytes).code(), fp::Code::section, "a bed's file as a pad");
+    expect(fp::Pad::load_relaxing(bed_bytes).code(), fp::Code::section, "a bed's file as a pad of any tissue");
     expect(fp::Bed::load({}).code(), fp::Code::null, "no file");
     expect(fp::Bed::load(bed_bytes.first(bed_bytes.size() - 4)).code(), fp::Code::length, "a cut file");
     expect(fp::Bed::load(bed_bytes.subspan(1)).code(), fp::Code::alignment, "a file at an odd address");
@@ -405,7 +411,7 @@ int main(int argc, char **argv)
         contacts<fp::detail::Spins>(bed, model);
         batch(bed);
         pads<fp::PadContact>(pad, wrapped);
-        frames(bed, pad, model, wrapped);
+        frames<fp::FrameContact>(bed, pad, model, wrapped);
         {
             const fp::Branch branches[] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}};
             fp::Pad soft = pad;
@@ -414,7 +420,11 @@ int main(int argc, char **argv)
             must(fingerpad_pad_relax(&wrapped_soft, branches, 3), "a pad that relaxes");
             expect(fp::PadContact::on_plane(soft).code(), fp::Code::buffer, "a contact without room for its memory");
             pads<fp::RelaxingPadContact>(soft, wrapped_soft);
-            frames(bed, soft, model, wrapped_soft);
+            frames<fp::RelaxingFrameContact>(bed, soft, model, wrapped_soft);
+            expect(fp::FrameContact::with(soft, fp::shapes::plane()).code(), fp::Code::buffer, "a contact in frames without room");
+            fingerpad_pad wrapped_any;
+            must(fingerpad_relaxing_pad_load(&wrapped_any, bytes_of(&pad_file), pad_file.length), argv[2]);
+            expect(same(must_get(fp::Pad::load_relaxing(bytes_in(pad_file)), argv[2]).c(), wrapped_any), "a pad of any tissue");
         }
         requests(bed, model);
     }

@@ -2,13 +2,13 @@
 
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape, Wrench};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use fingerpad::pad::{Memory, PadState};
+use fingerpad::pad::{Memory, Pad, PadState};
 use fingerpad::{Error, SpinState};
 
-use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
+use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
 use crate::model::{fingerpad_model, loaded};
-use crate::pad::{fingerpad_pad, loaded_pad};
-use crate::pad_state::{Few, Kind, Many, RelaxingFew, RelaxingMany, with_kind};
+use crate::pad::{LoadedPad, fingerpad_pad, loaded_pad};
+use crate::pad_state::{Few, Kind, Many, RelaxingFew, RelaxingMany, by_kind, with_kind};
 use crate::pointer::{check, exclusive, shared, write};
 use crate::types::fingerpad_response;
 
@@ -85,13 +85,23 @@ pub struct fingerpad_frame_response {
     pub reserved: [u32; 8],
 }
 
-/// All that a finger remembers of its contact with one body: room for any pad and for a bed. Set it up with `fingerpad_frame_init_pad` or
-/// `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first `fingerpad_frame_bytes`, to go back
-/// to it in the same program.
+/// All that a finger remembers of its contact with one body: room for a bed and for any pad that does not relax. Set it up with
+/// `fingerpad_frame_init_pad` or `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first
+/// `fingerpad_frame_bytes`, to go back to it in the same program.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_frame_contact {
-    opaque: [u64; 604],
+    opaque: [u64; 288],
+}
+
+/// The same for tissue that relaxes. Set it up with `fingerpad_relaxing_frame_init_pad`, for any pad, and hand `&contact` of it to every
+/// function.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct fingerpad_relaxing_frame_contact {
+    /// Its beginning, which stands for it.
+    pub contact: fingerpad_frame_contact,
+    more: [u64; 316],
 }
 
 /// What is inside of a `fingerpad_frame_contact`: numbers throughout, so that any bits are one.
@@ -140,7 +150,8 @@ impl Held for SpinState {
 const ROUND_MM: f32 = 21.0;
 
 const _: () = {
-    assert!(size_of::<Marked<RelaxingMany>>() <= size_of::<fingerpad_frame_contact>());
+    assert!(size_of::<Marked<Many>>() <= size_of::<fingerpad_frame_contact>());
+    assert!(size_of::<Marked<RelaxingMany>>() <= size_of::<fingerpad_relaxing_frame_contact>());
     assert!(size_of::<Marked<SpinState>>() <= size_of::<fingerpad_frame_contact>());
     assert!(align_of::<Marked<RelaxingMany>>() <= align_of::<fingerpad_frame_contact>());
 };
@@ -253,10 +264,22 @@ unsafe fn step<S: Held, F: Finger<S, Scalar = f32>>(
     unsafe { write(response, held.contact.step(finger, &body.into(), dt_s).into()) }
 }
 
+/// The same of a pad.
+pub unsafe fn frame_step<const P: usize, M: Memory<P, f32>>(
+    pad: &LoadedPad,
+    contact: *mut fingerpad_frame_contact,
+    body: &fingerpad_pose,
+    dt_s: f32,
+    response: *mut fingerpad_frame_response,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    unsafe { step::<PadState<P, f32, M>, Pad<'_>>(&pad.pad, contact, body, dt_s, response) }
+}
+
 /// A finger in the air that is to touch a body of this shape, with the model of a pad and a strength factor of 1.
 ///
-/// Returns FINGERPAD_OK, or FINGERPAD_RANGE for a kind that is none or a size out of its range, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or
-/// FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
+/// Returns FINGERPAD_OK, or FINGERPAD_BUFFER for a pad whose tissue relaxes (use `fingerpad_relaxing_frame_init_pad`), FINGERPAD_RANGE for a
+/// kind that is none or a size out of its range, FINGERPAD_NULL, FINGERPAD_ALIGNMENT or FINGERPAD_NOT_SET_UP for the pad; then nothing changes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_frame_init_pad(
     pad: *const fingerpad_pad,
@@ -264,9 +287,25 @@ pub unsafe extern "C" fn fingerpad_frame_init_pad(
     contact: *mut fingerpad_frame_contact,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { loaded_pad(pad) }.and_then(|pad| {
+    answer(unsafe { loaded_pad(pad) }.and_then(|pad| match pad.kind() {
+        (true, _) => Err(FINGERPAD_BUFFER),
         // SAFETY: the caller's promise.
-        with_kind!(pad.kind(), S => unsafe { init::<S, _>(&pad.pad, shape, contact) })
+        kind => with_kind!(kind, S => unsafe { init::<S, _>(&pad.pad, shape, contact) }),
+    }))
+}
+
+/// The same for any pad. FINGERPAD_NOT_SET_UP also as `fingerpad_relaxing_pad_state_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_relaxing_frame_init_pad(
+    pad: *const fingerpad_pad,
+    shape: fingerpad_shape,
+    contact: *mut fingerpad_relaxing_frame_contact,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad) }.and_then(|pad| {
+        pad.relaxing_steps()?;
+        // SAFETY: the caller's promise.
+        with_kind!(pad.kind(), S => unsafe { init::<S, _>(&pad.pad, shape, contact.cast()) })
     }))
 }
 
@@ -370,7 +409,7 @@ pub unsafe extern "C" fn fingerpad_frame_step_pad(
         // SAFETY: the caller's promise.
         let (pad, body) = unsafe { (loaded_pad(pad)?, shared(body)?) };
         // SAFETY: the caller's promise.
-        with_kind!(pad.kind(), S => unsafe { step::<S, _>(&pad.pad, contact, body, dt_s, response) })
+        unsafe { by_kind!(frame_step(pad, contact, body, dt_s, response)) }
     };
     answer(stepped())
 }

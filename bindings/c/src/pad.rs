@@ -6,7 +6,7 @@ use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, Sphere};
 use fingerpad::{BRANCHES, Branch, Relaxation, Tuning};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGERPAD_SHAPE, answer, code};
-use crate::pad_state::state_bytes;
+use crate::pad_state::{RELAXING, Steps, state_bytes};
 use crate::pointer::{exclusive, items, shared, write};
 
 /// Patches of the usual pad.
@@ -30,7 +30,7 @@ pub const FINGERPAD_BODY_EDGE: u32 = 3;
 /// `fingerpad_pad_load`; the file must stay where it is. May be copied, and read by several threads as long as none changes it.
 #[repr(C)]
 pub struct fingerpad_pad {
-    opaque: [u64; 13],
+    opaque: [u64; 14],
 }
 
 /// What a pad's file says of itself.
@@ -97,6 +97,8 @@ pub struct LoadedPad {
     /// The pad as it is used.
     pub pad: Pad<'static>,
     meta: &'static str,
+    /// `RELAXING`, where the pad comes from a function for tissue that relaxes.
+    relaxing: Option<&'static [Steps; 2]>,
 }
 
 const _: () = {
@@ -108,6 +110,16 @@ impl LoadedPad {
     /// The kind of its states: whether the tissue relaxes, and whether they are of the smaller size.
     pub fn kind(&self) -> (bool, bool) {
         (self.pad.relaxation().is_some(), self.pad.patches.len() <= FEW)
+    }
+
+    /// The steps of its states where its tissue relaxes.
+    pub fn relaxing_steps(&self) -> Result<Option<&'static Steps>, i32> {
+        let (relaxes, is_small) = self.kind();
+        if !relaxes {
+            return Ok(None);
+        }
+        let [few, many] = self.relaxing.ok_or(FINGERPAD_NOT_SET_UP)?;
+        Ok(Some(if is_small { few } else { many }))
     }
 
     /// Checksum of the numbers.
@@ -147,15 +159,29 @@ pub unsafe fn loaded_pad<'a>(pad: *const fingerpad_pad) -> Result<&'a LoadedPad,
 ///
 /// Returns FINGERPAD_OK, or why the file is refused; then the pad is as one that was unloaded. FINGERPAD_SECTION: the file has no
 /// pad in it; if it is the file of a bed, use `fingerpad_model_load`. FINGERPAD_SHAPE: more than FINGERPAD_PATCHES_MAX patches.
+/// A pad whose file has branches can be described; for contacts of it use `fingerpad_relaxing_pad_load`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { load(pad, file, length) })
+    answer(unsafe { load(pad, file, length, None) })
 }
 
-unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Result<(), i32> {
+/// The same, also for contacts of tissue that relaxes by the branches of its file. Only a program with this function or `fingerpad_pad_relax`
+/// contains the steps of such tissue.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fingerpad_relaxing_pad_load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> i32 {
     // SAFETY: the caller's promise.
-    unsafe { write(pad, fingerpad_pad { opaque: [0; 13] }) }?;
+    answer(unsafe { load(pad, file, length, Some(&RELAXING)) })
+}
+
+unsafe fn load(
+    pad: *mut fingerpad_pad,
+    file: *const u8,
+    length: usize,
+    relaxing: Option<&'static [Steps; 2]>,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    unsafe { write(pad, fingerpad_pad { opaque: [0; 14] }) }?;
     if file.is_null() {
         return Err(FINGERPAD_NULL);
     }
@@ -165,7 +191,7 @@ unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Resul
     if file.pad.patches.len() > FINGERPAD_PATCHES_MAX {
         return Err(FINGERPAD_SHAPE);
     }
-    let inside = LoadedPad { mark: LOADED, pad: file.pad, meta: file.meta };
+    let inside = LoadedPad { mark: LOADED, pad: file.pad, meta: file.meta, relaxing };
     // SAFETY: the caller's promise; size and alignment were checked above.
     unsafe { write(pad.cast::<LoadedPad>(), inside) }
 }
@@ -174,7 +200,7 @@ unsafe fn load(pad: *mut fingerpad_pad, file: *const u8, length: usize) -> Resul
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_pad_unload(pad: *mut fingerpad_pad) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write(pad, fingerpad_pad { opaque: [0; 13] }) })
+    answer(unsafe { write(pad, fingerpad_pad { opaque: [0; 14] }) })
 }
 
 /// Changes the pad to another finger, counted from the fitted one: factors on size (0.5 to 2), tissue stiffness (0.2 to 5) and
@@ -216,7 +242,8 @@ pub unsafe extern "C" fn fingerpad_pad_relax(
         let relaxation = Relaxation::new(list.get(..count).unwrap_or(&[])).map_err(code)?;
         let in_use = loaded.pad.with_relaxation(relaxation);
         // SAFETY: as for `loaded_pad`.
-        unsafe { exclusive(pad.cast::<LoadedPad>()) }?.pad = in_use;
+        let inside = unsafe { exclusive(pad.cast::<LoadedPad>()) }?;
+        (inside.pad, inside.relaxing) = (in_use, Some(&RELAXING));
         Ok(())
     };
     answer(relaxed())

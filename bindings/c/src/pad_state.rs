@@ -1,7 +1,7 @@
 //! The memory of a contact of a pad: set up, strength, step, patches, save, restore.
 
-use fingerpad::pad::{Body, Memory, Pad, PadOn, PadState, PatchState, RelaxingPadState};
-use fingerpad::{Drivable, Driven, Error, Motion, Response};
+use fingerpad::pad::{Body, Memory, PadMemory, PadOn, PadState, PatchState, RelaxingPadState};
+use fingerpad::{Drivable, Driven, Error, Motion};
 
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
 use crate::driven::fingerpad_drive;
@@ -163,30 +163,167 @@ unsafe fn write_fresh<S: Kind>(state: *mut fingerpad_pad_state, fresh: Result<S,
     unsafe { write(state.cast(), fresh) }
 }
 
-/// A step. Not inlined, so that a pad of few patches needs the stack of a step of few alone.
-#[inline(never)]
-fn step<const P: usize, M: Memory<P, f32>>(
-    pad: &Pad<'_>,
-    state: &mut PadState<P, f32, M>,
-    body: &Body,
-    motion: fingerpad_pad_motion,
-) -> Response {
-    let fingerpad_pad_motion { depth_mm, slide_x_mm, slide_y_mm, spin_rad, pitch_deg, roll_deg, dt_s } = motion;
-    let motion = Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], spin_increment_rad: spin_rad, dt_s };
-    pad.step(state, body, motion, [pitch_deg, roll_deg])
+/// What is done with a state of tissue that relaxes. A program reaches it through its pads alone, so that one which makes no such pad does
+/// not contain it.
+#[allow(clippy::type_complexity)]
+pub struct Steps {
+    init: unsafe fn(&LoadedPad, *mut fingerpad_pad_state, Option<[f32; 2]>) -> Result<(), i32>,
+    step: unsafe fn(
+        &LoadedPad,
+        *mut fingerpad_pad_state,
+        fingerpad_body,
+        fingerpad_pad_motion,
+        *mut fingerpad_response,
+    ) -> Result<(), i32>,
+    step_driven: unsafe fn(
+        &LoadedPad,
+        *mut fingerpad_pad_state,
+        fingerpad_body,
+        [f32; 2],
+        fingerpad_drive,
+        *mut fingerpad_response,
+        *mut fingerpad_motion,
+    ) -> Result<(), i32>,
+    write_gradient: unsafe fn(
+        &LoadedPad,
+        *const fingerpad_pad_state,
+        fingerpad_body,
+        [f32; 3],
+        *mut fingerpad_gradient,
+    ) -> Result<(), i32>,
+    write_patches: unsafe fn(
+        &LoadedPad,
+        *const fingerpad_pad_state,
+        fingerpad_body,
+        *mut fingerpad_patch,
+        usize,
+    ) -> Result<(), i32>,
+    #[cfg(not(target_os = "none"))]
+    pub frame_step: unsafe fn(
+        &LoadedPad,
+        *mut crate::frames::fingerpad_frame_contact,
+        &crate::frames::fingerpad_pose,
+        f32,
+        *mut crate::frames::fingerpad_frame_response,
+    ) -> Result<(), i32>,
 }
 
-/// Writes the load of each patch to an array with room for all of them. Not inlined either.
+impl Steps {
+    const fn relaxing<const P: usize>() -> Self
+    where
+        for<'a> PadOn<'a, Body>: Drivable<RelaxingPadState<P>>,
+    {
+        Self {
+            init: init::<P, PadMemory<P>>,
+            step: step::<P, PadMemory<P>>,
+            step_driven: step_driven::<P, PadMemory<P>>,
+            write_gradient: write_gradient::<P, PadMemory<P>>,
+            write_patches: write_patches::<P, PadMemory<P>>,
+            #[cfg(not(target_os = "none"))]
+            frame_step: crate::frames::frame_step::<P, PadMemory<P>>,
+        }
+    }
+}
+
+/// For few patches and for many.
+pub static RELAXING: [Steps; 2] = [Steps::relaxing::<FEW>(), Steps::relaxing::<MANY>()];
+
+/// Calls a function that `Steps` names, of the kind of a pad's states.
+macro_rules! by_kind {
+    ($call:ident($pad:expr $(, $argument:expr)*)) => {
+        match ($pad.relaxing_steps()?, $pad.kind().1) {
+            (Some(steps), _) => (steps.$call)($pad $(, $argument)*),
+            (None, true) => $call::<{ $crate::pad::FEW }, ()>($pad $(, $argument)*),
+            (None, false) => $call::<{ $crate::pad::FINGERPAD_PATCHES_MAX }, ()>($pad $(, $argument)*),
+        }
+    };
+}
+#[cfg(not(target_os = "none"))]
+pub(crate) use by_kind;
+
+// Not inlined, so that a pad of few patches needs the stack of a step of few alone.
+#[inline(never)]
+unsafe fn step<const P: usize, M: Memory<P, f32>>(
+    pad: &LoadedPad,
+    state: *mut fingerpad_pad_state,
+    body: fingerpad_body,
+    motion: fingerpad_pad_motion,
+    response: *mut fingerpad_response,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    let state = unsafe { memory::<PadState<P, f32, M>>(state) }?;
+    check(response)?;
+    let fingerpad_pad_motion { depth_mm, slide_x_mm, slide_y_mm, spin_rad, pitch_deg, roll_deg, dt_s } = motion;
+    let motion = Motion { depth_mm, slide_increment_mm: [slide_x_mm, slide_y_mm], spin_increment_rad: spin_rad, dt_s };
+    let forces = pad.pad.step(state, &body.checked()?, motion, [pitch_deg, roll_deg]);
+    // SAFETY: the caller's promise.
+    unsafe { write(response, forces.into()) }
+}
+
+#[inline(never)]
+unsafe fn step_driven<const P: usize, M: Memory<P, f32>>(
+    pad: &LoadedPad,
+    state: *mut fingerpad_pad_state,
+    body: fingerpad_body,
+    pose_deg: [f32; 2],
+    drive: fingerpad_drive,
+    response: *mut fingerpad_response,
+    motion: *mut fingerpad_motion,
+) -> Result<(), i32>
+where
+    for<'a> PadOn<'a, Body>: Drivable<PadState<P, f32, M>>,
+{
+    // SAFETY: the caller's promise.
+    let state = unsafe { memory(state) }?;
+    check(response)?;
+    if !motion.is_null() {
+        check(motion)?;
+    }
+    let finger = PadOn { pad: pad.pad, body: &body.checked()?, pose_deg };
+    let Driven { response: forces, motion: led } = finger.step_driven(state, drive.into());
+    if !motion.is_null() {
+        // SAFETY: the caller's promise.
+        unsafe { write(motion, led.into()) }?;
+    }
+    // SAFETY: the caller's promise.
+    unsafe { write(response, forces.into()) }
+}
+
+#[inline(never)]
+unsafe fn write_gradient<const P: usize, M: Memory<P, f32>>(
+    pad: &LoadedPad,
+    state: *const fingerpad_pad_state,
+    body: fingerpad_body,
+    motion_mm: [f32; 3],
+    gradient: *mut fingerpad_gradient,
+) -> Result<(), i32>
+where
+    for<'a> PadOn<'a, Body>: Drivable<PadState<P, f32, M>>,
+{
+    // SAFETY: the caller's promise.
+    let state = unsafe { memory_to_read::<PadState<P, f32, M>>(state) }?;
+    let finger = PadOn { pad: pad.pad, body: &body.checked()?, pose_deg: pad.pad.pose_deg(state) };
+    // SAFETY: the caller's promise.
+    unsafe { write(gradient, finger.gradient(state, motion_mm).into()) }
+}
+
 #[inline(never)]
 unsafe fn write_patches<const P: usize, M: Memory<P, f32>>(
-    pad: &Pad<'_>,
-    state: &PadState<P, f32, M>,
-    body: &Body,
+    pad: &LoadedPad,
+    state: *const fingerpad_pad_state,
+    body: fingerpad_body,
     out: *mut fingerpad_patch,
+    count: usize,
 ) -> Result<(), i32> {
-    let borne = pad.patch_states(state, body);
-    for (i, (patch, _)) in borne.into_iter().zip(pad.patches).enumerate() {
-        // SAFETY: the caller's promise. Memory that need not hold a patch yet.
+    // SAFETY: the caller's promise.
+    let state = unsafe { memory_to_read::<PadState<P, f32, M>>(state) }?;
+    check(out)?;
+    let body = body.checked()?;
+    if count < pad.pad.patches.len() {
+        return Err(FINGERPAD_BUFFER);
+    }
+    for (i, (patch, _)) in pad.pad.patch_states(state, &body).into_iter().zip(pad.pad.patches).enumerate() {
+        // SAFETY: the caller's promise: there is room for `count` of them, which need not hold a patch yet.
         unsafe { write(out.add(i), patch.into()) }?;
     }
     Ok(())
@@ -200,15 +337,28 @@ impl From<PatchState> for fingerpad_patch {
 }
 
 /// A fresh state over a plane, or over a body in a pose.
-unsafe fn init(pad: &LoadedPad, state: *mut fingerpad_pad_state, over_deg: Option<[f32; 2]>) -> Result<(), i32> {
-    if over_deg.is_some_and(|pose| !pose.iter().all(|angle| angle.is_finite())) {
-        return Err(FINGERPAD_RANGE);
-    }
-    with_kind!(pad.kind(), S => {
-        let fresh = over_deg.map_or_else(|| S::fresh(&pad.pad), |pose| S::fresh_over(&pad.pad, pose));
-        // SAFETY: the caller's promise.
-        unsafe { write_fresh(state, fresh) }
-    })
+unsafe fn init<const P: usize, M: Memory<P, f32>>(
+    pad: &LoadedPad,
+    state: *mut fingerpad_pad_state,
+    over_deg: Option<[f32; 2]>,
+) -> Result<(), i32> {
+    let fresh = match over_deg {
+        None => PadState::<P, f32, M>::fresh(&pad.pad),
+        Some(pose) if pose.iter().all(|angle| angle.is_finite()) => PadState::fresh_over(&pad.pad, pose),
+        Some(_) => return Err(FINGERPAD_RANGE),
+    };
+    // SAFETY: the caller's promise.
+    unsafe { write_fresh(state, fresh) }
+}
+
+/// The same of any pad, where there is room.
+unsafe fn init_any(
+    pad: *const fingerpad_pad,
+    state: *mut fingerpad_relaxing_pad_state,
+    over_deg: Option<[f32; 2]>,
+) -> Result<(), i32> {
+    // SAFETY: the caller's promise.
+    unsafe { loaded_pad(pad).and_then(|pad| by_kind!(init(pad, state.cast(), over_deg))) }
 }
 
 /// The same where there is no room for tissue that relaxes.
@@ -223,7 +373,7 @@ unsafe fn init_plain(
         return Err(FINGERPAD_BUFFER);
     }
     // SAFETY: the caller's promise.
-    unsafe { init(pad, state, over_deg) }
+    unsafe { by_kind!(init(pad, state, over_deg)) }
 }
 
 /// A finger in the air over a plane, with a strength factor of 1. Poses turn about the point of first touch in the neutral pose.
@@ -251,17 +401,18 @@ pub unsafe extern "C" fn fingerpad_pad_state_init_over(
     answer(unsafe { init_plain(pad, state, Some([pitch_deg, roll_deg])) })
 }
 
-/// As `fingerpad_pad_state_init`, of any pad.
+/// As `fingerpad_pad_state_init`, of any pad. FINGERPAD_NOT_SET_UP also for a pad with the branches of its file that was loaded with
+/// `fingerpad_pad_load`: use `fingerpad_relaxing_pad_load`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_relaxing_pad_state_init(
     pad: *const fingerpad_pad,
     state: *mut fingerpad_relaxing_pad_state,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { loaded_pad(pad).and_then(|pad| init(pad, state.cast(), None)) })
+    answer(unsafe { init_any(pad, state, None) })
 }
 
-/// As `fingerpad_pad_state_init_over`, of any pad.
+/// As `fingerpad_pad_state_init_over`, of any pad; see `fingerpad_relaxing_pad_state_init`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_relaxing_pad_state_init_over(
     pad: *const fingerpad_pad,
@@ -270,7 +421,7 @@ pub unsafe extern "C" fn fingerpad_relaxing_pad_state_init_over(
     roll_deg: f32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { loaded_pad(pad).and_then(|pad| init(pad, state.cast(), Some([pitch_deg, roll_deg]))) })
+    answer(unsafe { init_any(pad, state, Some([pitch_deg, roll_deg])) })
 }
 
 /// Sets the factor on all strengths, 0.1 to 5, from the next step on: what moisture, speed or dwell make of the friction. Returns
@@ -308,19 +459,8 @@ pub unsafe extern "C" fn fingerpad_pad_step(
     motion: fingerpad_pad_motion,
     response: *mut fingerpad_response,
 ) -> i32 {
-    let stepped = || {
-        // SAFETY: the caller's promise.
-        let pad = unsafe { loaded_pad(pad) }?;
-        with_kind!(pad.kind(), S => {
-            // SAFETY: the caller's promise.
-            let state = unsafe { memory::<S>(state) }?;
-            check(response)?;
-            let forces = step(&pad.pad, state, &body.checked()?, motion);
-            // SAFETY: the caller's promise.
-            unsafe { write(response, forces.into()) }
-        })
-    };
-    answer(stepped())
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad).and_then(|pad| by_kind!(step(pad, state, body, motion, response))) })
 }
 
 /// Advances a contact of a pad by one step driven by displacement or force in each direction, as `fingerpad_spin_step_driven`: a held load does
@@ -339,27 +479,11 @@ pub unsafe extern "C" fn fingerpad_pad_step_driven(
     response: *mut fingerpad_response,
     motion: *mut fingerpad_motion,
 ) -> i32 {
-    let stepped = || {
-        // SAFETY: the caller's promise.
-        let pad = unsafe { loaded_pad(pad) }?;
-        let finger = |body| PadOn { pad: pad.pad, body, pose_deg: [pitch_deg, roll_deg] };
-        let Driven { response: forces, motion: led } = with_kind!(pad.kind(), S => {
-            // SAFETY: the caller's promise.
-            let state = unsafe { memory::<S>(state) }?;
-            check(response)?;
-            if !motion.is_null() {
-                check(motion)?;
-            }
-            finger(&body.checked()?).step_driven(state, drive.into())
-        });
-        if !motion.is_null() {
-            // SAFETY: the caller's promise.
-            unsafe { write(motion, led.into()) }?;
-        }
-        // SAFETY: the caller's promise.
-        unsafe { write(response, forces.into()) }
-    };
-    answer(stepped())
+    let pose_deg = [pitch_deg, roll_deg];
+    // SAFETY: the caller's promise.
+    answer(unsafe {
+        loaded_pad(pad).and_then(|pad| by_kind!(step_driven(pad, state, body, pose_deg, drive, response, motion)))
+    })
 }
 
 /// Writes how the forces of a pad change with a further motion from the last step, as `fingerpad_spin_state_gradient`, in the pose of that step.
@@ -376,20 +500,9 @@ pub unsafe extern "C" fn fingerpad_pad_gradient(
     slide_y_mm: f32,
     gradient: *mut fingerpad_gradient,
 ) -> i32 {
-    let written = || {
-        // SAFETY: the caller's promise.
-        let pad = unsafe { loaded_pad(pad) }?;
-        let found = with_kind!(pad.kind(), S => {
-            // SAFETY: the caller's promise.
-            let state = unsafe { memory_to_read::<S>(state) }?;
-            let body = body.checked()?;
-            let finger = PadOn { pad: pad.pad, body: &body, pose_deg: pad.pad.pose_deg(state) };
-            finger.gradient(state, [depth_mm, slide_x_mm, slide_y_mm])
-        });
-        // SAFETY: the caller's promise.
-        unsafe { write(gradient, found.into()) }
-    };
-    answer(written())
+    let motion_mm = [depth_mm, slide_x_mm, slide_y_mm];
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad).and_then(|pad| by_kind!(write_gradient(pad, state, body, motion_mm, gradient))) })
 }
 
 /// The least depth and normal force at which a pad on a body in a pose holds a load, as `fingerpad_least_grip`; after a press and a slide to the
@@ -440,22 +553,8 @@ pub unsafe extern "C" fn fingerpad_pad_patches(
     patches: *mut fingerpad_patch,
     count: usize,
 ) -> i32 {
-    let written = || {
-        // SAFETY: the caller's promise.
-        let pad = unsafe { loaded_pad(pad) }?;
-        with_kind!(pad.kind(), S => {
-            // SAFETY: the caller's promise.
-            let state = unsafe { memory_to_read::<S>(state) }?;
-            check(patches)?;
-            let body = body.checked()?;
-            if count < pad.pad.patches.len() {
-                return Err(FINGERPAD_BUFFER);
-            }
-            // SAFETY: the caller's promise: there is room for `count` of them.
-            unsafe { write_patches(&pad.pad, state, &body, patches) }
-        })
-    };
-    answer(written())
+    // SAFETY: the caller's promise.
+    answer(unsafe { loaded_pad(pad).and_then(|pad| by_kind!(write_patches(pad, state, body, patches, count))) })
 }
 
 /// Writes a state as `state_bytes` (`fingerpad_pad_info`) bytes with version, checksum of the pad and checksum of its own into a buffer of
