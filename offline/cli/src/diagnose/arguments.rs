@@ -67,30 +67,20 @@ const EARLIER: [(&str, &str, &str); 4] = [
 
 /// A command line without a subcommand of `diagnose` as one with it; any other as it is.
 pub fn with_subcommand(mut words: Vec<OsString>) -> Vec<OsString> {
-    let is_flag = |word: &OsString, flag: &str| word.to_str().and_then(|w| w.split('=').next()) == Some(flag);
     let first = words.get(2).and_then(|word| word.to_str()).unwrap_or("-h");
-    if words.get(1).is_none_or(|word| word != "diagnose")
-        || !first.starts_with('-')
-        || first == "-h"
-        || first == "--help"
-    {
+    let has_none = first.starts_with('-') && !["-h", "--help"].contains(&first);
+    if words.get(1).is_none_or(|word| word != "diagnose") || !has_none {
         return words;
     }
-    let chosen = EARLIER.iter().find(|(flag, ..)| words.iter().any(|word| is_flag(word, flag)));
-    words.insert(2, chosen.map_or("runs", |(.., subcommand)| subcommand).into());
+    let value = |word: &OsString, option: &str| {
+        word.to_str().and_then(|w| w.strip_prefix(option)?.strip_prefix('=')).map(OsString::from)
+    };
+    let chosen = EARLIER.iter().find(|(flag, ..)| words.iter().any(|w| w == flag || value(w, flag).is_some()));
     if let Some((flag, files, _)) = chosen {
-        words.retain(|word| flag == files || word != flag);
-        words.retain_mut(|word| {
-            let value =
-                is_flag(word, files).then(|| word.to_str().and_then(|w| w.split_once('=')).map(|(_, v)| v.into()));
-            match value {
-                Some(Some(value)) => *word = value,
-                Some(None) => return false,
-                None => {}
-            }
-            true
-        });
+        words.retain(|word| word != flag && word != files);
+        words.iter_mut().for_each(|word| *word = value(word, files).unwrap_or_else(|| std::mem::take(word)));
     }
+    words.insert(2, chosen.map_or("runs", |(.., subcommand)| subcommand).into());
     words
 }
 
@@ -400,9 +390,10 @@ impl Analysis {
         }
         let own: Vec<&str> = own.columns.iter().filter(|c| c.derived.is_none()).map(|c| c.name.as_str()).collect();
         let factor = |name: &String| {
-            let known = FACTORS.iter().find(|f| [f.short, f.name].contains(&name.as_str()));
+            let known = FACTORS.iter().find(|f| [f.short(), f.name].contains(&name.as_str()));
             known.map(|f| f.name).or(own.iter().copied().find(|c| c == name)).map(str::to_owned).ok_or_else(|| {
-                let names: Vec<&str> = FACTORS.iter().map(|f| f.short).chain(own.iter().copied()).collect();
+                let names: Vec<&str> =
+                    FACTORS.iter().map(|f| -> &str { f.short() }).chain(own.iter().copied()).collect();
                 Failure::Input(anyhow!("--can-set {name}: none of {}", names.join(", ")))
             })
         };

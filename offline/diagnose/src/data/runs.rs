@@ -386,6 +386,7 @@ impl RunSet {
 pub fn recorded<'a>(rows: impl Iterator<Item = &'a RawRow>) -> Vec<Column> {
     let mut there = vec![true; run_columns::states().count()];
     for r in rows {
+        // In the order of the list.
         let values = [r.dwell_s, r.occlusion_time_s, r.hydration_au, r.temperature_c, r.finger_width_mm];
         for (flag, v) in there.iter_mut().zip(values) {
             *flag &= v.is_finite();

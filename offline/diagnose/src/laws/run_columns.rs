@@ -67,7 +67,7 @@ fn direction_deg(row: &Row) -> f64 {
     row.along[1].atan2(row.along[0]).to_degrees()
 }
 
-/// The path of the plate, which laws read and no file has, behind the columns of a file, of which the first eight must be there.
+/// The columns of a file, the eight that must be there first; then the path of the plate, which laws read and no file has.
 static COLUMNS: [RunColumn; 20] = [
     text("run_id", "run", &["run", "trial", "stroke", "test_no", "versuch", "lauf"]),
     number("t_s", "t", &["t", "time", "zeit", "timestamp", "x_value"]).law(Column::Time, |r| r.t_s, "clock", "s"),

@@ -98,7 +98,7 @@ impl KnownChanges {
     }
 }
 
-/// The numbers of a change. Of several laws the first [`FACTORS`] multiply, all others add up, as laws do it themselves.
+/// The numbers of a change. Of several laws the first [`MULTIPLIED`] multiply, all others add up, as laws do it themselves.
 fn numbers(change: &mut ModelChange) -> [&mut f64; 11] {
     // All fields by name: a new one has to say how laws combine in it.
     let ModelChange { strength, stiffness, depth_mm, reading_n: [n, x, y], cross: [cx, cy], gain, drag_n, adhesion_n } =
@@ -106,8 +106,8 @@ fn numbers(change: &mut ModelChange) -> [&mut f64; 11] {
     [strength, stiffness, depth_mm, n, x, y, cx, cy, gain, drag_n, adhesion_n]
 }
 
-/// Numbers of a change that are factors.
-const FACTORS: usize = 2;
+/// How many numbers of a change are factors.
+const MULTIPLIED: usize = 2;
 
 fn by_law(runs: &[Run], active: &ActiveLaw) -> Vec<(usize, Vec<f64>)> {
     let rows = runs.iter().map(|r| r.rows.len()).sum();
@@ -151,7 +151,7 @@ pub fn changes(
         for (number, values) in by_laws.iter().flat_map(|by_law| by_law.iter()) {
             for (change, value) in out[from..].iter_mut().zip(&values[from..to]) {
                 let place = &mut *numbers(change)[*number];
-                *place = if *number < FACTORS { *place * value } else { *place + value };
+                *place = if *number < MULTIPLIED { *place * value } else { *place + value };
             }
         }
     }

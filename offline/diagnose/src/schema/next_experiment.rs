@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::laws::run_columns::run_columns;
 use serde::{Deserialize, Serialize};
 
 /// Strokes that are proposed as the next experiment.
@@ -74,10 +75,8 @@ pub struct PlannedRun {
 pub struct Factor {
     /// Name of its column.
     pub name: &'static str,
-    /// What the command line calls it.
-    pub short: &'static str,
-    /// What pages call it, with its unit.
-    pub words: &'static str,
+    /// Its unit, where it is no column of runs.
+    own_unit: &'static str,
     /// Its place in a stroke.
     pub of: fn(&mut PlannedRun) -> &mut Option<f64>,
     /// The range over which plans vary it, and whether in equal ratios; what has none is varied in ways of its own.
@@ -86,18 +85,23 @@ pub struct Factor {
     pub settle_s: f64,
 }
 
-const fn factor(
-    name: &'static str,
-    short: &'static str,
-    words: &'static str,
-    of: fn(&mut PlannedRun) -> &mut Option<f64>,
-) -> Factor {
-    Factor { name, short, words, of, range: None, settle_s: 0.0 }
+const fn factor(name: &'static str, of: fn(&mut PlannedRun) -> &mut Option<f64>) -> Factor {
+    Factor { name, own_unit: "", of, range: None, settle_s: 0.0 }
 }
 
 impl Factor {
     const fn over(self, range: [f64; 2], in_equal_ratios: bool, settle_s: f64) -> Self {
         Self { range: Some((range, in_equal_ratios)), settle_s, ..self }
+    }
+
+    /// What the command line calls it: the first word of its name.
+    pub fn short(&self) -> &'static str {
+        self.name.split('_').next().unwrap_or(self.name)
+    }
+
+    /// Its unit.
+    pub fn unit(&self) -> &'static str {
+        run_columns().iter().find(|known| known.name == self.name).map_or(self.own_unit, |known| known.unit)
     }
 
     /// Its value in a stroke, where the plan sets it.
@@ -108,18 +112,14 @@ impl Factor {
 
 /// The numbers that plans set, in the order of their columns in a file of strokes.
 pub const FACTORS: [Factor; 8] = [
-    factor("depth_mm", "depth", "depth, mm", |r| &mut r.depth_mm),
-    factor("speed_mm_s", "speed", "speed, mm/s", |r| &mut r.speed_mm_s).over([0.5, 20.0], true, 0.0),
-    factor("direction_deg", "direction", "direction, °", |r| &mut r.direction_deg),
-    factor("dwell_s", "dwell", "hold, s", |r| &mut r.dwell_s).over([0.3, 30.0], true, 0.0),
-    factor("hydration_au", "hydration", "hydration, a.u.", |r| &mut r.hydration_au).over([15.0, 75.0], false, 300.0),
-    factor("temperature_c", "temperature", "temperature, °C", |r| &mut r.temperature_c).over(
-        [27.0, 36.0],
-        false,
-        300.0,
-    ),
-    factor("length_mm", "length", "length, mm", |r| &mut r.length_mm),
-    factor("rest_before_s", "rest", "rest before, s", |r| &mut r.rest_before_s),
+    factor("depth_mm", |r| &mut r.depth_mm),
+    factor("speed_mm_s", |r| &mut r.speed_mm_s).over([0.5, 20.0], true, 0.0),
+    factor("direction_deg", |r| &mut r.direction_deg),
+    factor("dwell_s", |r| &mut r.dwell_s).over([0.3, 30.0], true, 0.0),
+    factor("hydration_au", |r| &mut r.hydration_au).over([15.0, 75.0], false, 300.0),
+    factor("temperature_c", |r| &mut r.temperature_c).over([27.0, 36.0], false, 300.0),
+    Factor { own_unit: "mm", ..factor("length_mm", |r| &mut r.length_mm) },
+    Factor { own_unit: "s", ..factor("rest_before_s", |r| &mut r.rest_before_s) },
 ];
 
 /// Time that a stroke takes beside its rest and its hold, s: to set it up, press, slide and lift.

@@ -44,7 +44,7 @@ pub struct Decision<'a> {
     /// How much the shape of the curves has changed since the calibration.
     pub drift: Drift,
     /// Laws that stand out from chance and are too small to be named.
-    pub too_small: Vec<TooSmall>,
+    pub too_small: Vec<LawWeight>,
 }
 
 /// Families among the candidates for one place, the accepted law's first.
@@ -130,8 +130,8 @@ fn least_gain(law: &Law, by_calibration: bool) -> f64 {
 /// Share of the largest named effect up to which another one is small beside it.
 const SMALL_BESIDE: f64 = 0.25;
 
-/// A law that stands out from chance and is not named.
-pub struct TooSmall {
+/// What a law changes, and by how much it is needed.
+pub struct LawWeight {
     /// The law.
     pub law: &'static Law,
     /// What it would change, as a share of the forces.
@@ -235,13 +235,13 @@ impl<'a> Settling<'a> {
     }
 
     /// What an accepted law changes.
-    fn weigh(&self, i: usize, with_n: &[f64]) -> TooSmall {
+    fn weigh(&self, i: usize, with_n: &[f64]) -> LawWeight {
         let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
         let without_n = self.task.predict(&self.selection.fit.parameters, &others);
         let share = share_of_forces(self.set, &without_n, with_n);
         let in_air = minus_ln_p(gain_in_air(self.set, &without_n, with_n), law.parameters.len());
         let of_sensor = in_air > -against_calibration(&self.settings).ln();
-        TooSmall { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
+        LawWeight { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
     }
 
     /// Whether candidates that these runs cannot tell apart leave the answer open. They do not where what they change is small beside an
@@ -250,8 +250,8 @@ impl<'a> Settling<'a> {
         let with = self.prediction_n();
         let (open, named): (Vec<usize>, Vec<usize>) =
             (0..self.hypotheses.len()).partition(|i| families(&self.hypotheses[*i]).len() > 1);
-        let weights = |list: Vec<usize>| -> Vec<TooSmall> { list.into_iter().map(|i| self.weigh(i, &with)).collect() };
-        let largest = |list: &[TooSmall]| list.iter().map(|w| w.share).fold(0.0, f64::max);
+        let weights = |list: Vec<usize>| -> Vec<LawWeight> { list.into_iter().map(|i| self.weigh(i, &with)).collect() };
+        let largest = |list: &[LawWeight]| list.iter().map(|w| w.share).fold(0.0, f64::max);
         let mut named = weights(named);
         named.retain(|weight| weight.law.place != Place::Reading);
         !open.is_empty() && largest(&weights(open)) > SMALL_BESIDE * largest(&named)
@@ -260,7 +260,7 @@ impl<'a> Settling<'a> {
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
     /// and reports them: with hundreds of runs an error of the baseline's form stands out from chance as a law does. A law of
     /// little evidence stays where it is all that explains a structure.
-    fn drop_too_small(&mut self, basis: &Basis<'_>) -> Vec<TooSmall> {
+    fn drop_too_small(&mut self, basis: &Basis<'_>) -> Vec<LawWeight> {
         let mut out = Vec::new();
         let mut needed: Vec<&Law> = Vec::new();
         loop {

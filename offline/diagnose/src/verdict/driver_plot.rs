@@ -3,6 +3,7 @@
 //! Main types: [`DriverPlot`], [`Along`].
 
 use crate::data::runs::Run;
+use crate::laws::run_columns;
 use crate::laws::{Column, Place, Row};
 use crate::model::active_law::{ActiveLaw, set_fitted, to_fitted};
 use crate::model::prediction::predict_runs;
@@ -162,11 +163,7 @@ impl Along {
                     continue;
                 }
                 if self.in_stroke {
-                    let x = match self.column {
-                        Column::Slide => row.path_mm,
-                        Column::ContactTime => row.contact_time_s,
-                        _ => row.depth_mm,
-                    };
+                    let x = run_columns::value(self.column, row);
                     out.push(std::iter::once(x).chain(changes.iter().map(|c| c / base)).collect());
                 } else if self.normal || row.path_mm.min(row.turn_mm) > FULL_SLIP_MM {
                     sums.iter_mut().zip(std::iter::once(base).chain(changes)).for_each(|(sum, v)| *sum += v);
@@ -193,16 +190,14 @@ impl Along {
     /// A run whose driver has another value; the motion stays.
     fn moved(&self, run: &Run, x: f64) -> Run {
         let (mut out, by) = (run.clone(), x - run.value(self.column));
-        let set = |row: &mut Row| match self.column {
-            Column::Time => row.t_s += by,
-            Column::Speed if row.speed_mm_s > 0.0 => row.speed_mm_s = x,
-            Column::Direction => row.double_angle = [(2.0 * x.to_radians()).cos(), (2.0 * x.to_radians()).sin()],
-            Column::Dwell => row.dwell_s = x,
-            Column::Occlusion => row.occlusion_s = (row.occlusion_s + by).max(0.0),
-            Column::Hydration => row.hydration_au += by,
-            Column::Temperature => row.temperature_c += by,
-            Column::Width => row.width_mm += by,
-            Column::Own { place, .. } => row.own[usize::from(place)] += by,
+        let state = run_columns::states().find(|(column, _)| *column == self.column);
+        let set = |row: &mut Row| match (self.column, state) {
+            // A clock of the skin does not run before touch.
+            (column, Some((_, set))) => set(row, (run_columns::value(column, row) + by).max(0.0)),
+            (Column::Time, _) => row.t_s += by,
+            (Column::Speed, _) if row.speed_mm_s > 0.0 => row.speed_mm_s = x,
+            (Column::Direction, _) => row.double_angle = [(2.0 * x.to_radians()).cos(), (2.0 * x.to_radians()).sin()],
+            (Column::Own { place, .. }, _) => row.own[usize::from(place)] += by,
             _ => {}
         };
         out.rows.iter_mut().for_each(set);

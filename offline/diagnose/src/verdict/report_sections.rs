@@ -15,7 +15,7 @@ use crate::statistics::fit::Fit;
 use crate::statistics::tails::LEAST_GAIN;
 use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
-use crate::verdict::decision::{Decision, TooSmall};
+use crate::verdict::decision::{Decision, LawWeight};
 use crate::verdict::next_experiment::{HypothesisPair, propose};
 use crate::verdict::regions::{Maps, strongest};
 
@@ -217,7 +217,7 @@ pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Cauti
             100.0 * LEAST_SIZE
         ),
     });
-    let laws = decision.too_small.iter().map(|TooSmall { law, share, gain_2ll, .. }| {
+    let laws = decision.too_small.iter().map(|LawWeight { law, share, gain_2ll, .. }| {
         let why = if *share < LEAST_SIZE {
             format!(
                 "would change the forces by {:.2} % only, less than the {:.1} % to which the model's form can be trusted",

@@ -6,7 +6,7 @@ use super::{repeated, words};
 use crate::Picture;
 use crate::html::{captioned_table, cell, document, figures, heads, prose, table};
 use crate::numbers::{fixed, significant};
-use fingerpad_diagnose::{Diagnosis, DriverPlot, EffectFound, FACTORS, PlannedRun};
+use fingerpad_diagnose::{Diagnosis, DriverPlot, EffectFound, FACTORS, Factor, PlannedRun};
 
 /// The page as one file; pictures of drivers come first, in the order of `drivers`.
 pub fn page(report: &Diagnosis, drivers: &[DriverPlot], pictures: &[Picture]) -> String {
@@ -177,7 +177,8 @@ fn next(report: &Diagnosis) -> Markup {
     let column = |head: &str, of: &dyn Fn(&PlannedRun) -> String| {
         (head.to_owned(), plan.runs.iter().map(of).collect::<Vec<String>>())
     };
-    let mut columns: Vec<_> = FACTORS.iter().map(|f| column(f.words, &|r| number(f.value(r)))).collect();
+    let factor = |f: &Factor| column(&words::axis(f.name, f.unit()), &|r| number(f.value(r)));
+    let mut columns: Vec<_> = FACTORS.iter().map(factor).collect();
     columns.push(column("new block", &|r| flag(r.new_block)));
     columns.push(column("reverse", &|r| flag(r.reverse)));
     columns.extend(super::own_columns(plan).iter().map(|name| column(name, &|r| number(r.own.get(*name).copied()))));
