@@ -8,7 +8,8 @@ use fingerpad::{Error, SpinState};
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
 use crate::model::{fingerpad_model, loaded};
 use crate::pad::{LoadedPad, fingerpad_pad, loaded_pad};
-use crate::pad_state::{Few, Kind, Many, RelaxingFew, RelaxingMany, by_kind, with_kind};
+use crate::pad_state::{Few, Kind, Many, RelaxingFew, RelaxingMany, with_kind};
+use crate::pad_steps::by_kind;
 use crate::pointer::{check, exclusive, shared, write};
 use crate::types::fingerpad_response;
 

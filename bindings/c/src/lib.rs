@@ -21,6 +21,7 @@ mod margin;
 mod model;
 mod pad;
 mod pad_state;
+mod pad_steps;
 mod pointer;
 mod requests;
 mod spin;

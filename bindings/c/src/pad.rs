@@ -6,7 +6,8 @@ use fingerpad::pad::{Body, Cylinder, Edge, Pad, PadFile, Sphere};
 use fingerpad::{BRANCHES, Branch, Relaxation, Tuning};
 
 use crate::codes::{FINGERPAD_NOT_SET_UP, FINGERPAD_NULL, FINGERPAD_RANGE, FINGERPAD_SHAPE, answer, code};
-use crate::pad_state::{RELAXING, Steps, state_bytes};
+use crate::pad_state::state_bytes;
+use crate::pad_steps::{RELAXING, Steps};
 use crate::pointer::{exclusive, items, shared, write};
 
 /// Patches of the usual pad.
