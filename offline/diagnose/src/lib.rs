@@ -21,10 +21,14 @@
 
 pub mod confirm;
 mod data;
+mod diagnosis;
 mod error;
 pub mod laws;
 mod model;
+mod plan;
 mod reduced_input;
+mod repeated;
+mod report;
 mod schema;
 mod selection;
 mod statistics;
@@ -39,11 +43,26 @@ pub use data::runs_csv::{FilePart, SessionFile};
 pub use data::suspicions::suspicions;
 pub use data::yardsticks::check_units;
 pub use data::{runs_csv, trace_csv};
+pub use diagnosis::diagnose;
 pub use error::DiagnoseError;
 pub use laws::{LawsFile, OwnColumn, OwnFormula, TableSummary};
 pub use model::active_law::ActiveLaw;
 pub use model::core_replay::{replay, replay_all};
+pub use plan::candidate_designs::PlanConstraints;
 pub use reduced_input::{Plot, ReducedDiagnosis, diagnose_forces, reduced_report};
+pub use repeated::dry_run::preflight_report;
+pub use repeated::group::{FEWEST, FingerSets, diagnose_group};
+pub use repeated::power::{PowerSettings, power};
+pub use repeated::redecision::{Outcome, Redecision};
+pub use repeated::stability::stability;
+pub use repeated::survey::{Survey, SurveyError, survey};
+pub use report::corrected_model::{CorrectedModel, corrected_model};
+pub use report::driver_plot::DriverPlot;
+pub use report::evidence::Evidence;
+pub use report::exchanged::varied_in_calibration;
+pub use report::next_step::next_step;
+pub use report::regions::{BINS, CHANNELS};
+pub use report::traces::ForceTrace;
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis,
     Disagreement, EffectFound, FACTORS, Factor, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize,
@@ -54,22 +73,7 @@ pub use schema::{
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};
 pub use statistics::task::Task;
-pub use verdict::candidate_designs::PlanConstraints;
-pub use verdict::corrected_model::{CorrectedModel, corrected_model};
-pub use verdict::diagnosis::diagnose;
-pub use verdict::driver_plot::DriverPlot;
-pub use verdict::dry_run::preflight_report;
-pub use verdict::evidence::Evidence;
-pub use verdict::exchanged::varied_in_calibration;
-pub use verdict::group::{FEWEST, FingerSets, diagnose_group};
-pub use verdict::next_step::next_step;
 pub use verdict::options::Options;
-pub use verdict::power::{PowerSettings, power};
-pub use verdict::redecision::{Outcome, Redecision};
-pub use verdict::regions::{BINS, CHANNELS};
-pub use verdict::stability::stability;
-pub use verdict::survey::{Survey, SurveyError, survey};
-pub use verdict::traces::ForceTrace;
 
 /// A file of its own for a test, whose name ends as given; it goes with the value.
 #[cfg(test)]

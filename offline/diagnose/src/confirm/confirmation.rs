@@ -12,9 +12,9 @@ use crate::data::runs::RunSet;
 use crate::laws::{Change, Column, Place, Row};
 use crate::model::active_law::ActiveLaw;
 use crate::model::residual_sums::ResidualSums;
+use crate::report::evidence::Evidence;
 use crate::schema::{Confirmed, FeConfirmation};
 use crate::verdict::cross_validation::noise_floor_n;
-use crate::verdict::evidence::Evidence;
 
 /// Rounds of calibration at most.
 pub const ROUNDS: usize = 4;

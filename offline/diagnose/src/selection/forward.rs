@@ -102,7 +102,7 @@ fn penalised_minus_2ll(fit: &Fit) -> f64 {
 
 /// Laws that modulate the same axis of a protocol: a second one there is more likely the first one's form error. An error
 /// of the sensor is none of the finger's.
-fn same_axis(a: &Law, b: &Law) -> bool {
+pub fn same_axis(a: &Law, b: &Law) -> bool {
     let of_sensor = |law: &Law| law.place == Place::Reading;
     of_sensor(a) == of_sensor(b) && a.axes.iter().any(|axis| b.axes.contains(axis))
 }

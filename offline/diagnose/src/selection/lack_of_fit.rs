@@ -43,13 +43,17 @@ pub struct LackOfFit {
     pub size_n: f64,
     /// The same over the root mean square of that force.
     pub size_relative: f64,
-    /// Whether structure stands out from chance that is smaller than the model is exact.
+    /// Smallest size that counts: of the model's form, or of the form of a law that was accepted.
+    pub least_size: f64,
+    /// Whether structure stands out from chance that is smaller than that.
     pub is_too_small: bool,
 }
 
 /// Smallest effect or structure that counts, as a share of the set's forces (root mean squares): the baseline's form is no more exact
 /// than that. Row by row a cross-talk would be any share of a friction that is still about zero.
 pub const LEAST_SIZE: f64 = 0.005;
+/// Share of the largest effect up to which another one, or structure, is small beside it: the form of an effect is no more exact.
+pub const SMALL_BESIDE: f64 = 0.25;
 
 /// Numbers and runs that the test compares a fit with.
 pub struct Expectations<'a> {
@@ -63,6 +67,8 @@ pub struct Expectations<'a> {
     pub null_variances: &'a PerEffect,
     /// Gain of the accepted laws, against which structure is weighed.
     pub explained_2ll: f64,
+    /// What each accepted law changes, as a share of the forces.
+    pub shares: &'a [f64],
 }
 
 /// p of the F test from which on a scatter above twice the expected is reported.
@@ -71,6 +77,13 @@ pub const SCATTER_LEVEL: f64 = 1e-3;
 const LARGE_SCATTER: f64 = 8.0;
 /// Smallest standard deviation between runs that is resolved, a share of the force.
 const LEAST_SCATTER: f64 = 0.004;
+
+impl Expectations<'_> {
+    /// Smallest structure that is neither an error of the baseline's form nor of an accepted law's, as a share of the forces.
+    fn least_size(&self) -> f64 {
+        self.shares.iter().map(|share| SMALL_BESIDE * share).fold(LEAST_SIZE, f64::max)
+    }
+}
 
 /// Tests a fit for structure and scatter that it does not explain.
 pub fn lack_of_fit_test(
@@ -88,9 +101,10 @@ pub fn lack_of_fit_test(
     compare_scatter(&mut out, task, fit, derivatives, expected);
     let stands_out = out.gain > (0.15 * expected.explained_2ll).max(LEAST_GAIN)
         && ((out.p_runs <= 0.01 && out.p_model <= 3e-4) || (out.p_model <= 1e-6 && out.p_runs <= 0.1));
-    out.is_too_small = stands_out && out.size_relative < LEAST_SIZE;
+    out.least_size = expected.least_size();
+    out.is_too_small = stands_out && out.size_relative < out.least_size;
     let structure = stands_out && !out.is_too_small;
-    let between_runs = out.is_scattered || is_uneven(task, fit, &projection);
+    let between_runs = out.is_scattered || is_uneven(task, fit, &projection, expected);
     out.significant = structure || between_runs;
     if !structure {
         left_in_direction(&mut out, task, fit);
@@ -249,7 +263,8 @@ fn compare_scatter(
         if ratio > 2.0 {
             out.p_scatter = out.p_scatter.min(p);
             let all = of_most > 2.0 && 2.0 * f_tail(of_most, n1, n2) < SCATTER_LEVEL;
-            out.is_scattered |= all && (left > 0.3 * before || of_most > LARGE_SCATTER);
+            let counts = left.sqrt() >= expected.least_size();
+            out.is_scattered |= counts && all && (left > 0.3 * before || of_most > LARGE_SCATTER);
         }
     }
 }
@@ -269,16 +284,17 @@ fn share_of_most(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Whether the size of an accepted law differs from run to run by more than its form's error: then it stands for something that
-/// is not recorded.
-fn is_uneven(task: &Task<'_>, fit: &Fit, projection: &Projection<'_>) -> bool {
+/// is not recorded. A law that is small beside another one may be that one's error of form, and proves nothing.
+fn is_uneven(task: &Task<'_>, fit: &Fit, projection: &Projection<'_>, expected: &Expectations<'_>) -> bool {
     let columns = task.law_columns_of(fit);
     let (own, accepted) = fit.laws.split_at(task.finger_laws.len());
     let mut place: usize = own.iter().map(|active| active.values.len()).sum();
-    accepted.iter().any(|active| {
+    accepted.iter().zip(expected.shares).any(|(active, share)| {
         let sizes = &active.values[..active.law.linear];
         let size = sizes.iter().map(|v| v * v).sum::<f64>().sqrt();
         let mut dispersions = columns[place..place + sizes.len()].iter().map(|column| projection.dispersion(column));
         place += active.values.len();
-        dispersions.any(|(variance, deviations)| deviations > 6.0 && variance.max(0.0).sqrt() > 0.2 * size)
+        *share >= expected.least_size()
+            && dispersions.any(|(variance, deviations)| deviations > 6.0 && variance.max(0.0).sqrt() > 0.2 * size)
     })
 }

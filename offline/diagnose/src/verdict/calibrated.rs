@@ -16,9 +16,9 @@ use crate::selection::finger_laws::with_finger_laws;
 use crate::statistics::calibration::{Calibration, calibrate};
 use crate::statistics::fit::FitStart;
 use crate::statistics::lag::{LagEstimate, estimate};
+use crate::verdict::basis::Basis;
 use crate::verdict::checked::Checked;
 use crate::verdict::cleaning::{before_lift_off, few_runs_cautions, off_rails, spike_caution, spikes_of};
-use crate::verdict::decision::Basis;
 use crate::verdict::options::Options;
 
 /// Rounds in which the spikes of a calibration are looked for: spikes make the noise look larger than it is.

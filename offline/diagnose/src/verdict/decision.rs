@@ -2,8 +2,6 @@
 //!
 //! Main types: [`Basis`], [`Decision`].
 
-use fingerpad_smooth::ReferenceCurves;
-
 use crate::data::covariates::Correction;
 use crate::data::runs::RunSet;
 use crate::laws::{Change, Column, Law, Place};
@@ -14,16 +12,16 @@ use crate::schema::Verdict;
 use crate::selection::acceptance::{SelectionSettings, against_calibration, decisive_p};
 use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::competing::{CompetingHypotheses, competing_hypotheses};
-use crate::selection::discrepancy::ModelDiscrepancy;
-use crate::selection::forward::{LawEvidence, ROUNDS, Selection, SingleLawTest, select};
-use crate::selection::lack_of_fit::{Expectations, LEAST_SIZE, LackOfFit, lack_of_fit_test};
+use crate::selection::forward::{LawEvidence, ROUNDS, Selection, SingleLawTest, same_axis, select};
+use crate::selection::lack_of_fit::{Expectations, LEAST_SIZE, LackOfFit, SMALL_BESIDE, lack_of_fit_test};
 use crate::selection::scan::why_untestable;
-use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::tails::{LEAST_GAIN, minus_ln_p};
 use crate::statistics::task::Task;
-use crate::verdict::effects_found::{share_of_forces, without_amplitude};
+use crate::verdict::basis::Basis;
 use crate::verdict::in_air::gain_in_air;
+use crate::verdict::intervals::without_amplitude;
+use crate::verdict::sizes::share_of_forces;
 
 /// Everything that a verdict rests on.
 pub struct Decision<'a> {
@@ -58,38 +56,7 @@ pub fn families(hypotheses: &CompetingHypotheses) -> Vec<&'static str> {
     list
 }
 
-/// What the sets of a finger are decided on: its calibration, and how exact that is.
-pub struct Basis<'a> {
-    /// The effect-free runs.
-    pub effect_free: &'a RunSet,
-    /// Reference curves.
-    pub reference: &'a ReferenceCurves,
-    /// The calibration, from whose small drift a decision starts.
-    pub calibration: Calibration,
-    /// How columns with reading errors were corrected.
-    pub corrections: &'a [Correction],
-    /// Level, seed and laws.
-    pub settings: &'a SelectionSettings,
-    /// The effect-free runs at their optimum.
-    discrepancy: ModelDiscrepancy<'a>,
-}
-
 impl<'a> Basis<'a> {
-    /// The basis of a calibration of these runs; arguments as the fields.
-    pub fn new(
-        effect_free: &'a RunSet,
-        reference: &'a ReferenceCurves,
-        calibration: Calibration,
-        corrections: &'a [Correction],
-        settings: &'a SelectionSettings,
-    ) -> Self {
-        let task = calibration.own_task(effect_free, reference);
-        let fit = calibration.fit.clone();
-        let derivatives = task.derivatives_of(&fit);
-        let discrepancy = ModelDiscrepancy { task, fit, derivatives };
-        Self { effect_free, reference, calibration, corrections, settings, discrepancy }
-    }
-
     /// Decides what a set (with corrected columns) misses.
     pub fn decide<'s>(&self, set: &'s RunSet) -> Decision<'s>
     where
@@ -127,8 +94,8 @@ fn least_gain(law: &Law, by_calibration: bool) -> f64 {
     if law.drivers.iter().all(known) { 0.0 } else { LEAST_GAIN }
 }
 
-/// Share of the largest named effect up to which another one is small beside it.
-const SMALL_BESIDE: f64 = 0.25;
+/// Share of another law's gain below which a law may be no more than an error of that one's form.
+const LITTLE_BESIDE: f64 = 0.005;
 
 /// What a law changes, and by how much it is needed.
 pub struct LawWeight {
@@ -140,6 +107,16 @@ pub struct LawWeight {
     of_sensor: bool,
     /// Its gain in 2 log likelihood.
     pub gain_2ll: f64,
+    /// A larger effect whose error of form it may be.
+    pub beside: Option<&'static Law>,
+}
+
+impl LawWeight {
+    /// Whether it may be an error of the form of another one: of far less evidence, or small on the same axis of the protocol.
+    fn is_form_of(&self, other: &Self) -> bool {
+        let small = same_axis(self.law, other.law) && self.share < SMALL_BESIDE * other.share;
+        self.law != other.law && !self.of_sensor && (small || self.gain_2ll < LITTLE_BESIDE * other.gain_2ll)
+    }
 }
 
 /// A selection that is weighed against its competitors.
@@ -228,33 +205,37 @@ impl<'a> Settling<'a> {
         }
     }
 
-    /// Readings with all laws, three per row, N.
-    fn prediction_n(&self) -> Vec<f64> {
+    /// What each accepted law changes.
+    fn weights(&self) -> Vec<LawWeight> {
         let fit = &self.selection.fit;
-        self.task.predict(&fit.parameters, &fit.laws)
-    }
-
-    /// What an accepted law changes.
-    fn weigh(&self, i: usize, with_n: &[f64]) -> LawWeight {
-        let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
-        let without_n = self.task.predict(&self.selection.fit.parameters, &others);
-        let share = share_of_forces(self.set, &without_n, with_n);
-        let in_air = minus_ln_p(gain_in_air(self.set, &without_n, with_n), law.parameters.len());
-        let of_sensor = in_air > -against_calibration(&self.settings).ln();
-        LawWeight { law, share, of_sensor, gain_2ll: self.hypotheses[i].gain_2ll }
+        let with_n = self.task.predict(&fit.parameters, &fit.laws);
+        let weigh = |(i, hypotheses): (usize, &CompetingHypotheses)| {
+            let (others, ActiveLaw { law, .. }) = self.selection.laws_without(i);
+            let without_n = self.task.predict(&fit.parameters, &others);
+            let share = share_of_forces(self.set, &without_n, &with_n);
+            let in_air = minus_ln_p(gain_in_air(self.set, &without_n, &with_n), law.parameters.len());
+            let of_sensor = in_air > -against_calibration(&self.settings).ln();
+            LawWeight { law, share, of_sensor, gain_2ll: hypotheses.gain_2ll, beside: None }
+        };
+        let mut out: Vec<LawWeight> = self.hypotheses.iter().enumerate().map(weigh).collect();
+        for i in 0..out.len() {
+            out[i].beside = out.iter().find(|other| out[i].is_form_of(other)).map(|other| other.law);
+        }
+        out
     }
 
     /// Whether candidates that these runs cannot tell apart leave the answer open. They do not where what they change is small beside an
     /// effect of the finger with a name.
     fn is_open(&self) -> bool {
-        let with = self.prediction_n();
-        let (open, named): (Vec<usize>, Vec<usize>) =
-            (0..self.hypotheses.len()).partition(|i| families(&self.hypotheses[*i]).len() > 1);
-        let weights = |list: Vec<usize>| -> Vec<LawWeight> { list.into_iter().map(|i| self.weigh(i, &with)).collect() };
-        let largest = |list: &[LawWeight]| list.iter().map(|w| w.share).fold(0.0, f64::max);
-        let mut named = weights(named);
-        named.retain(|weight| weight.law.place != Place::Reading);
-        !open.is_empty() && largest(&weights(open)) > SMALL_BESIDE * largest(&named)
+        let (mut open, mut named) = (0.0f64, 0.0f64);
+        for (weight, hypotheses) in self.weights().iter().zip(&self.hypotheses) {
+            if families(hypotheses).len() > 1 {
+                open = open.max(weight.share);
+            } else if weight.law.place != Place::Reading {
+                named = named.max(weight.share);
+            }
+        }
+        open > SMALL_BESIDE * named
     }
 
     /// Drops laws smaller than the model can be trusted to be exact, or of less evidence than an error of its form may have,
@@ -264,13 +245,13 @@ impl<'a> Settling<'a> {
         let mut out = Vec::new();
         let mut needed: Vec<&Law> = Vec::new();
         loop {
-            let with = self.prediction_n();
-            let small = (0..self.hypotheses.len()).map(|i| (i, self.weigh(i, &with)));
             let by_calibration = |i: usize| self.selection.evidence[i].p_runs.by_calibration;
-            let small = small.filter(|(i, s)| {
-                (s.share < LEAST_SIZE && !s.of_sensor) || s.gain_2ll < least_gain(s.law, by_calibration(*i))
+            let weights = self.weights().into_iter().enumerate().filter(|(_, s)| !needed.contains(&s.law));
+            let small = weights.filter(|(i, s)| {
+                (s.share < LEAST_SIZE && !s.of_sensor)
+                    || s.gain_2ll < least_gain(s.law, by_calibration(*i))
+                    || s.beside.is_some()
             });
-            let small = small.filter(|(_, s)| !needed.contains(&s.law));
             let Some((i, least)) = small.min_by(|a, b| a.1.gain_2ll.total_cmp(&b.1.gain_2ll)) else { break };
             if least.share >= LEAST_SIZE && self.is_needed(i, basis) {
                 needed.push(least.law);
@@ -305,7 +286,9 @@ impl<'a> Settling<'a> {
         for (effect, variance) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().zip(of_readings) {
             variances[effect.index()] += variance;
         }
+        let shares: Vec<f64> = self.weights().iter().map(|w| w.share).collect();
         let expected = Expectations {
+            shares: &shares,
             effect_free: (&basis.discrepancy, basis.effect_free),
             variances: &variances,
             calibration_runs: basis.calibration.runs,
@@ -388,5 +371,32 @@ mod tests {
         ] {
             assert_eq!([least(law, false), least(law, true)], [by_runs, by_calibration], "{law}");
         }
+    }
+
+    #[test]
+    fn a_law_of_little_evidence_beside_another_or_small_on_its_axis_may_be_that_ones_error_of_form() {
+        let weigh = |law: &str, share, gain_2ll, of_sensor| LawWeight {
+            law: find(law).expect("a law of the library"),
+            share,
+            of_sensor,
+            gain_2ll,
+            beside: None,
+        };
+        let speed = weigh("speed_log", 0.12, 640.0, false);
+        let ageing = weigh("contact_ageing", 0.17, 76_000.0, false);
+        for (law, share, gain, of_sensor, beside, expected) in [
+            ("viscous_drag", 0.019, 200.0, false, &speed, true),
+            ("viscous_drag", 0.04, 200.0, false, &speed, false),
+            // Another axis: neither size nor a gain of this order speaks against it.
+            ("hydration_bell", 0.019, 200.0, false, &speed, false),
+            ("adhesion", 0.016, 24.0, false, &ageing, true),
+            ("adhesion", 0.016, 400.0, false, &ageing, false),
+            // What the rows in the air show is none of the finger's form.
+            ("tare_bias", 0.016, 24.0, true, &ageing, false),
+        ] {
+            let found = weigh(law, share, gain, of_sensor).is_form_of(beside);
+            assert_eq!(found, expected, "{law} {share} beside {}", beside.law.name);
+        }
+        assert!(!speed.is_form_of(&speed));
     }
 }

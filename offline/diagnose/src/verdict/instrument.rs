@@ -10,8 +10,10 @@ use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::FitStart;
 use crate::statistics::lag::{BEYOND_FORM, LagEstimate, estimate, form_sd_s};
 use crate::statistics::tails::minus_ln_p;
-use crate::verdict::decision::{Basis, Decision};
-use crate::verdict::effects_found::size_p90;
+use crate::verdict::basis::Basis;
+use crate::verdict::decision::Decision;
+use crate::verdict::intervals::NORMAL_95;
+use crate::verdict::sizes::size_p90;
 
 /// Name and family of the effect.
 pub const FORCE_LAG: &str = "force_lag";
@@ -42,9 +44,6 @@ pub fn differing(plain: &Decision<'_>, basis: &Basis<'_>) -> Option<Differing> {
     };
     Some(Differing { set: with_lag(plain.set, lag.lag), lag, is_effect })
 }
-
-/// Standard deviations to the end of a 95 % interval.
-pub const NORMAL_95: f64 = 1.96;
 
 /// What is reported of a lag.
 ///

@@ -2,8 +2,8 @@
 
 use crate::data::covariates::CovariateError;
 use crate::laws::LawsFile;
+use crate::plan::candidate_designs::PlanConstraints;
 use crate::selection::acceptance::SelectionSettings;
-use crate::verdict::candidate_designs::PlanConstraints;
 
 /// Choices of a diagnosis beside the data.
 #[derive(Clone, Debug)]

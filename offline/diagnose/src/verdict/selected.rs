@@ -6,7 +6,8 @@ use crate::data::runs::RunSet;
 use crate::schema::{EffectFound, Verdict};
 use crate::statistics::fit::Fit;
 use crate::statistics::tails::LEAST_GAIN;
-use crate::verdict::decision::{Basis, Decision};
+use crate::verdict::basis::Basis;
+use crate::verdict::decision::Decision;
 use crate::verdict::instrument::{self, Differing};
 
 /// What the measured runs miss.

@@ -1,93 +1,21 @@
-//! The claimed effects as the report lists them: parameters with intervals, sizes, candidates.
+//! Values of laws as they are reported, with 95 % intervals.
+//!
+//! Main function: [`parameters`].
 
 use fingerpad_smooth::Parameter;
 use nalgebra::{Matrix2, Vector2};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::data::runs::RunSet;
 use crate::laws::{Place, Reported};
 use crate::model::active_law::{ActiveLaw, is_log};
-use crate::schema::{CandidateLaw, EffectFound, FingerLawFound, FittedParameter};
-use crate::selection::acceptance::decisive_p;
+use crate::schema::FittedParameter;
 use crate::selection::forward::Selection;
-use crate::statistics::calibration::Calibration;
-use crate::verdict::decision::{Decision, families};
-use crate::verdict::driver_plot::DriverPlot;
-use crate::verdict::instrument::NORMAL_95;
 
-/// The claimed effects, strongest first, each with its figure.
-pub fn effects(decision: &Decision<'_>) -> (Vec<EffectFound>, Vec<DriverPlot>) {
-    let Decision { set, selection, .. } = decision;
-    let fit = &selection.fit;
-    let with = decision.task.predict(&fit.parameters, &fit.laws);
-    let quantile = quantile(set.runs.len(), fit.laws.iter().map(|a| a.values.len()).sum());
-    let mut at = first_place(selection);
-    let mut out: Vec<(EffectFound, DriverPlot)> = Vec::new();
-    for (index, hypotheses) in decision.hypotheses.iter().enumerate() {
-        let (others, active) = &selection.laws_without(index);
-        let without = decision.task.predict(&fit.parameters, others);
-        let e = &selection.evidence[index];
-        let effect = EffectFound {
-            law: active.law.name.into(),
-            family: active.law.family.into(),
-            formula: active.law.formula.into(),
-            parameters: parameters(
-                active,
-                &fit.covariance,
-                at,
-                quantile,
-                decision.task.reference.ln_area_sd,
-                hypotheses.gain_2ll,
-            ),
-            size_p90_relative: size_p90(set, &without, &with),
-            gain_2ll: e.gain_2ll,
-            p: decisive_p(e.p_model, e.p_runs),
-            p_model: e.p_model,
-            p_runs: e.p_runs.p,
-            against_calibration: e.p_runs.by_calibration,
-            outside_calibration: false,
-            own: None,
-            lambda_detect: hypotheses.lambda_detect,
-            candidates: hypotheses
-                .candidates
-                .iter()
-                .map(|c| CandidateLaw {
-                    law: c.active.law.name.into(),
-                    family: c.active.law.family.into(),
-                    delta_2ll: c.delta_2ll,
-                    lambda_rival: c.lambda_rival,
-                })
-                .collect(),
-        };
-        debug_assert_eq!(families(hypotheses)[0], active.law.family);
-        let plot = DriverPlot::of(decision, (active, others), [&without, &with], (at, quantile));
-        at += active.values.len();
-        out.push((effect, plot));
-    }
-    out.sort_by(|a, b| b.0.gain_2ll.total_cmp(&a.0.gain_2ll));
-    out.into_iter().unzip()
-}
-
-/// The finger's own laws as calibrated.
-pub fn calibrated_laws(calibration: &Calibration, ln_area_sd: f64) -> Vec<FingerLawFound> {
-    let fit = &calibration.fit;
-    let quantile = quantile(calibration.runs, fit.laws.iter().map(|a| a.values.len()).sum());
-    let mut at = Parameter::COUNT;
-    let found = |(active, gain_2ll): (&ActiveLaw, &f64)| {
-        let parameters = parameters(active, &fit.covariance, at, quantile, ln_area_sd, *gain_2ll);
-        at += active.values.len();
-        FingerLawFound {
-            law: active.law.name.into(),
-            family: active.law.family.into(),
-            parameters,
-            gain_2ll: *gain_2ll,
-        }
-    };
-    fit.laws.iter().zip(&calibration.law_gains_2ll).map(found).collect()
-}
+/// Standard deviations to the end of a 95 % interval of a normal distribution.
+pub const NORMAL_95: f64 = 1.96;
 
 /// Place of the first accepted law's first parameter in the covariance of the fit.
-fn first_place(selection: &Selection) -> usize {
+pub fn first_place(selection: &Selection) -> usize {
     let own = &selection.fit.laws[..selection.finger_laws];
     Parameter::COUNT + own.iter().map(|active| active.values.len()).sum::<usize>()
 }
@@ -122,7 +50,7 @@ pub fn student_95(degrees: f64) -> f64 {
 }
 
 /// The same, with runs as the units from which the scatter is known.
-fn quantile(runs: usize, parameters: usize) -> f64 {
+pub fn quantile(runs: usize, parameters: usize) -> f64 {
     student_95(runs.saturating_sub(parameters + 3).max(2) as f64)
 }
 
@@ -130,7 +58,7 @@ fn quantile(runs: usize, parameters: usize) -> f64 {
 ///
 /// An amplitude that trades with a shape has no symmetric interval: its end towards zero is where the likelihood puts it,
 /// which falls by `gain_2ll` on the whole way to zero (its signed root taken as linear).
-fn parameters(
+pub fn parameters(
     active: &ActiveLaw,
     covariance: &nalgebra::DMatrix<f64>,
     at: usize,
@@ -190,45 +118,4 @@ fn polar(active: &ActiveLaw, covariance: &nalgebra::DMatrix<f64>, at: usize, k: 
         (low, high) = if k == 1 { (-90.0, 90.0) } else { (-reported[0], high) };
     }
     [reported[k] + low, reported[k] + high]
-}
-
-/// The larger of the 90th percentiles of |ΔN|/N and |ΔF|/F over contact rows whose force stands above the noise.
-pub fn size_p90(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
-    let (mut normal, mut friction) = (Vec::new(), Vec::new());
-    let mut at = 0;
-    for run in &set.runs {
-        for row in &run.rows {
-            let (a, b) = (&without[at..at + 3], &with[at..at + 3]);
-            at += 3;
-            if !(row.depth_mm > 0.0) {
-                continue;
-            }
-            if a[0] > 0.01 {
-                normal.push((b[0] - a[0]).abs() / a[0]);
-            }
-            let f = a[1].hypot(a[2]);
-            if f > 0.02 {
-                friction.push((b[1] - a[1]).hypot(b[2] - a[2]) / f);
-            }
-        }
-    }
-    let p90 = |mut v: Vec<f64>| {
-        v.sort_by(f64::total_cmp);
-        v.get((0.9 * v.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0.0)
-    };
-    p90(normal).max(p90(friction))
-}
-
-/// The larger of the root mean squares of ΔN and of ΔF over those of N and of F, over all contact rows.
-pub fn share_of_forces(set: &RunSet, without: &[f64], with: &[f64]) -> f64 {
-    let (mut change, mut force) = ([0.0f64; 2], [0.0f64; 2]);
-    let contact = set.runs.iter().flat_map(|run| &run.rows).map(|row| row.depth_mm > 0.0);
-    for ((a, b), _) in without.chunks(3).zip(with.chunks(3)).zip(contact).filter(|(_, contact)| *contact) {
-        for k in 0..3 {
-            let channel = usize::from(k > 0);
-            change[channel] += (b[k] - a[k]).powi(2);
-            force[channel] += a[k] * a[k];
-        }
-    }
-    [0, 1].map(|k| (change[k] / force[k].max(1e-12)).sqrt()).into_iter().fold(0.0, f64::max)
 }

@@ -5,6 +5,9 @@ use fingerpad_smooth::Parameter;
 use crate::laws::LawsFile;
 use crate::model::random_effects::RandomEffect;
 use crate::model::residual_sums::ResidualSums;
+use crate::plan::candidate_designs::PlanConstraints;
+use crate::plan::next_experiment::{HypothesisPair, propose};
+use crate::report::regions::{Maps, strongest};
 use crate::schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Disagreement, EffectFound, IMPLAUSIBLE,
     LawTest, NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
@@ -13,11 +16,8 @@ use crate::selection::lack_of_fit::{LEAST_SIZE, SCATTER_LEVEL};
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::statistics::tails::LEAST_GAIN;
-use crate::verdict::candidate_designs::PlanConstraints;
 use crate::verdict::cross_validation::{noise_floor_n, worst};
 use crate::verdict::decision::{Decision, LawWeight};
-use crate::verdict::next_experiment::{HypothesisPair, propose};
-use crate::verdict::regions::{Maps, strongest};
 
 /// The strokes that would separate the competing laws of an ambiguous verdict.
 pub fn next_experiment(
@@ -207,23 +207,27 @@ pub fn too_small_cautions(decision: &Decision<'_>) -> impl Iterator<Item = Cauti
         role: "measured".into(),
         column: u.column.clone(),
         text: format!(
-            "{} depends on {} beyond chance (gain {:.0}), by {:.1} mN or {:.2} % of it only, less than the {:.1} % to which the model's form \
+            "{} depends on {} beyond chance (gain {:.0}), by {:.1} mN or {:.2} % of it only, less than the {:.1} % to which the form of {} \
              can be trusted: it does not count.",
             if u.channel == "normal" { "The normal force" } else { "Friction" },
             u.column,
             u.gain,
             1000.0 * u.size_n,
             100.0 * u.size_relative,
-            100.0 * LEAST_SIZE
+            100.0 * u.least_size,
+            if u.least_size > LEAST_SIZE { "the named effect" } else { "the model" }
         ),
     });
-    let laws = decision.too_small.iter().map(|LawWeight { law, share, gain_2ll, .. }| {
-        let why = if *share < LEAST_SIZE {
+    let laws = decision.too_small.iter().map(|weight| {
+        let LawWeight { law, gain_2ll, beside, .. } = weight;
+        let why = if weight.share < LEAST_SIZE {
             format!(
                 "would change the forces by {:.2} % only, less than the {:.1} % to which the model's form can be trusted",
-                100.0 * share,
+                100.0 * weight.share,
                 100.0 * LEAST_SIZE
             )
+        } else if let Some(other) = beside {
+            format!("would change the forces by {:.1} % only, and the form of {} may be off by as much", 100.0 * weight.share, other.name)
         } else {
             format!(
                 "by {:.1} standard deviations only, where {:.0} are asked of a name: the model's form may be off by as much",

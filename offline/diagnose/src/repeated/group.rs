@@ -14,6 +14,7 @@ use crate::error::DiagnoseError;
 use crate::laws::Law;
 use crate::model::active_law::{ActiveLaw, weak_prior};
 use crate::model::finger_law::FingerLaw;
+use crate::report::exchanged;
 use crate::schema::{
     Caution, FingerAlone, FingerSize, FittedParameter, GroupDiagnosis, GroupVerdict, Rescale, SharedLaw, SharedSize,
     Verdict,
@@ -28,9 +29,9 @@ use crate::statistics::tails::{LEAST_GAIN, minus_ln_p};
 use crate::verdict::calibrated::Calibrated;
 use crate::verdict::checked::Checked;
 use crate::verdict::decision::{Decision, families};
-use crate::verdict::effects_found::{FORM_ERROR, student_95};
-use crate::verdict::exchanged;
-use crate::verdict::instrument::{FORCE_LAG, NORMAL_95};
+use crate::verdict::instrument::FORCE_LAG;
+use crate::verdict::intervals::NORMAL_95;
+use crate::verdict::intervals::{FORM_ERROR, student_95};
 use crate::verdict::options::Options;
 
 /// The runs of one finger.

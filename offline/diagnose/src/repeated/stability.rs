@@ -7,9 +7,9 @@ use std::convert::Infallible;
 
 use fingerpad_formats::in_threads;
 
+use crate::repeated::redecision::{Outcome, Redecision};
 use crate::schema::{LeftOut, Stability};
 use crate::statistics::sign_flips::RandomSigns;
-use crate::verdict::redecision::{Outcome, Redecision};
 
 /// Fewest runs with which a set is decided.
 const FEWEST_RUNS: usize = 5;

@@ -11,10 +11,10 @@ use crate::data::runs::{Run, RunSet};
 use crate::laws::run_columns;
 use crate::laws::{Change, Column, Law, Place};
 use crate::model::active_law::ActiveLaw;
+use crate::report::driver_plot::FULL_SLIP_MM;
 use crate::schema::{Confidence, Diagnosis, Seen, Verdict, Witness};
 use crate::statistics::products::dot;
 use crate::statistics::tails::f_tail;
-use crate::verdict::driver_plot::FULL_SLIP_MM;
 
 /// p of a column that is seen, over the number of columns.
 const LEVEL: f64 = 1e-3;

@@ -10,7 +10,7 @@ use crate::laws::{OwnColumn, Place, TableSummary};
 use crate::model::active_law::ActiveLaw;
 use crate::model::core_replay::replay_all;
 use crate::model::prediction::strokes_of;
-use crate::verdict::evidence::Evidence;
+use crate::report::evidence::Evidence;
 
 /// A model file with what it leaves of the held-out runs.
 pub struct CorrectedModel {

@@ -10,7 +10,7 @@ use crate::model::prediction::predict_runs;
 use crate::model::random_effects::RandomEffect;
 use crate::statistics::fit::Fit;
 use crate::verdict::decision::Decision;
-use crate::verdict::effects_found::FORM_ERROR;
+use crate::verdict::intervals::FORM_ERROR;
 
 /// Residual over a driver, for a figure.
 #[derive(Clone, Debug, Default)]

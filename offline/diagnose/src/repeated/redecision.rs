@@ -6,10 +6,11 @@ use fingerpad_smooth::ReferenceCurves;
 
 use crate::data::runs::RunSet;
 use crate::model::prior::Drift;
+use crate::report::evidence::Evidence;
 use crate::schema::Verdict;
 use crate::selection::acceptance::SelectionSettings;
-use crate::verdict::decision::{Basis, families};
-use crate::verdict::evidence::Evidence;
+use crate::verdict::basis::Basis;
+use crate::verdict::decision::families;
 use crate::verdict::instrument::FORCE_LAG;
 use crate::verdict::selected::Selected;
 

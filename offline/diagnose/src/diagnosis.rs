@@ -8,23 +8,23 @@ use fingerpad_smooth::ReferenceCurves;
 use crate::data::lag::Lag;
 use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
+use crate::report::calibrated_range::CalibratedRange;
+use crate::report::driver_plot::DriverPlot;
+use crate::report::effects_found::{calibrated_laws, effects};
+use crate::report::evidence::Evidence;
+use crate::report::exchanged;
+use crate::report::next_step::next_step;
+use crate::report::regions::Maps;
+use crate::report::sections;
+use crate::report::witness::witness;
 use crate::schema::{Caution, Confidence, Diagnosis, NextExperiment, Witness};
 use crate::selection::lack_of_fit::force_n;
 use crate::verdict::calibrated::Calibrated;
-use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::checked::Checked;
 use crate::verdict::concluded::Concluded;
-use crate::verdict::driver_plot::DriverPlot;
-use crate::verdict::effects_found::{calibrated_laws, effects};
-use crate::verdict::evidence::Evidence;
-use crate::verdict::exchanged;
 use crate::verdict::instrument;
-use crate::verdict::next_step::next_step;
 use crate::verdict::options::Options;
-use crate::verdict::regions::Maps;
-use crate::verdict::report_sections as sections;
 use crate::verdict::selected::Selected;
-use crate::verdict::witness::witness;
 
 /// Diagnoses a measured set. `open_holdout` is called once, after the laws are chosen; `stage` names what begins.
 ///

@@ -9,11 +9,11 @@ use crate::data::runs::RunSet;
 use crate::error::DiagnoseError;
 use crate::laws::LawsFile;
 use crate::laws::run_columns;
+use crate::report::calibrated_range::CalibratedRange;
+use crate::report::exchanged::varied_in_calibration;
 use crate::selection::scan::why_untestable;
-use crate::verdict::calibrated_range::CalibratedRange;
 use crate::verdict::checked::Checked;
 use crate::verdict::cleaning::{FORCES, before_lift_off};
-use crate::verdict::exchanged::varied_in_calibration;
 
 /// Lines on the ranges of both sets, on what the calibration does not cover, and on the laws that can be tested.
 ///

@@ -20,13 +20,13 @@ use crate::data::runs::RunSet;
 use crate::laws::{Law, Reported};
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::{MODEL_EFFECTS, PerEffect, RandomEffects};
+use crate::repeated::redecision::{Outcome, Redecision};
 use crate::schema::{NotSimulated, Power, PowerCell, Rate, Verdict};
 use crate::selection::scan::{start_of, why_untestable};
 use crate::statistics::sign_flips::RandomSigns;
 use crate::statistics::task::Task;
-use crate::verdict::decision::Basis;
-use crate::verdict::effects_found::size_p90;
-use crate::verdict::redecision::{Outcome, Redecision};
+use crate::verdict::basis::Basis;
+use crate::verdict::sizes::size_p90;
 
 /// Choices of a simulation of power.
 #[derive(Clone, Debug)]

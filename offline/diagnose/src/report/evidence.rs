@@ -10,14 +10,14 @@ use crate::data::runs::RunSet;
 use crate::laws::LawsFile;
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::PerEffect;
+use crate::report::driver_plot::DriverPlot;
+use crate::report::regions::Maps;
+use crate::report::traces::{ForceTrace, worst_traces};
 use crate::statistics::calibration::Calibration;
 use crate::verdict::calibrated::Calibrated;
 use crate::verdict::concluded::Concluded;
 use crate::verdict::cross_validation::noise_floor_n;
-use crate::verdict::driver_plot::DriverPlot;
-use crate::verdict::regions::Maps;
 use crate::verdict::selected::Selected;
-use crate::verdict::traces::{ForceTrace, worst_traces};
 
 /// Fits, sets and maps of a diagnosis, beyond its report.
 pub struct Evidence {

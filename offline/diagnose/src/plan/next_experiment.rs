@@ -12,6 +12,7 @@ use crate::data::runs::{Run, RunSet};
 use crate::laws::{Column, OwnColumn};
 use crate::model::active_law::ActiveLaw;
 use crate::model::prior::Prior;
+use crate::plan::candidate_designs::{PlanConstraints, ReferenceConditions, candidate_designs, rows_of};
 use crate::schema::{FactorPrice, NextExperiment, PlannedRun, minutes};
 use crate::selection::scan::{columns_of, start_of};
 use crate::statistics::derivatives::Derivatives;
@@ -20,7 +21,6 @@ use crate::statistics::precision::Block;
 use crate::statistics::projection::Projection;
 use crate::statistics::random_effects::RandomEffectColumns;
 use crate::statistics::task::{NO_READING_N, Task};
-use crate::verdict::candidate_designs::{PlanConstraints, ReferenceConditions, candidate_designs, rows_of};
 
 /// Share of what the best plan adds to the expected separation from which on a plan suffices.
 const OF_BEST: f64 = 0.9;

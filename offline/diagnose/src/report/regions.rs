@@ -5,8 +5,8 @@
 use crate::data::runs::RunSet;
 use crate::laws::run_columns;
 use crate::laws::{Column, LawsFile, Row};
+use crate::report::driver_plot::FULL_SLIP_MM;
 use crate::schema::{Region, Verdict};
-use crate::verdict::driver_plot::FULL_SLIP_MM;
 use crate::verdict::selected::Selected;
 
 /// Where simulation and measurement disagree.
