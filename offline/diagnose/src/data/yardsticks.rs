@@ -108,7 +108,7 @@ const NOT_LOGGED: [&str; 2] = ["min", "nm"];
 /// Gain in 2 log likelihood from which on a unit is proposed.
 const PROPOSED: f64 = 4.0;
 /// The same for a part of the forces of both files: a sensor has one unit, and only other fingers speak for another one.
-const PROPOSED_FOR_A_PART: f64 = 5.0;
+const PROPOSED_FOR_A_PART: f64 = 9.0;
 /// Gain from which on a file that has another unit than the other one is refused: two files of one finger are alike.
 const REFUSED: f64 = 12.0;
 /// Gain from which on two files of one unit are refused: no finger is like them.
@@ -239,12 +239,14 @@ fn proposals(files: &[Measures; 2]) -> Vec<Proposal> {
 /// Doubts about the units of two files of one finger, each with the option that converts them.
 ///
 /// * `roles`: of the files, as `--unit` takes them
+/// * `judged`: whether the units of the first file were judged before, beside another one
 ///
 /// # Errors
 /// [`DiagnoseError::Unusable`] where one file has another unit than the other one beyond doubt, or no finger is like them.
-pub fn check_units(sets: [&RunSet; 2], roles: [&str; 2]) -> Result<Option<Caution>, DiagnoseError> {
+pub fn check_units(sets: [&RunSet; 2], roles: [&str; 2], judged: bool) -> Result<Option<Caution>, DiagnoseError> {
     let files = sets.map(measures);
-    let all = proposals(&files);
+    let mut all = proposals(&files);
+    all.retain(|proposal| !(judged && proposal.files[0]));
     let is_proposed = |proposal: &&Proposal| {
         let is_part = matches!(proposal.columns, ["normal_force_n"] | ["friction_x_n", ..]);
         proposal.gain >= if is_part && proposal.files == [true, true] { PROPOSED_FOR_A_PART } else { PROPOSED }
@@ -381,13 +383,13 @@ mod tests {
     #[test]
     fn a_unit_of_one_file_is_proposed_for_that_file() {
         let files = [strokes(false, |_| ()), strokes(true, |_| ())];
-        assert_eq!(check_units([&files[0], &files[1]], ROLES).unwrap(), None);
+        assert_eq!(check_units([&files[0], &files[1]], ROLES, false).unwrap(), None);
         for (columns, unit) in units() {
             for which in [0, 1] {
                 let turned = strokes(which == 1, |row| in_other_unit(row, columns, unit.factor));
                 let mut sets = [&files[0], &files[1]];
                 sets[which] = &turned;
-                let message = check_units(sets, ROLES).unwrap_err().to_string();
+                let message = check_units(sets, ROLES, false).unwrap_err().to_string();
                 let option = format!("--unit {}", option_of(&format!("{}:", ROLES[which]), columns, unit.name));
                 assert!(message.contains(&option), "{option}: {message}");
             }
@@ -398,8 +400,12 @@ mod tests {
     fn a_unit_of_both_files_is_proposed_and_beyond_doubt_refused() {
         for (columns, unit) in units() {
             let sets = [false, true].map(|other| strokes(other, |row| in_other_unit(row, columns, unit.factor)));
-            let found = check_units([&sets[0], &sets[1]], ROLES);
+            let found = check_units([&sets[0], &sets[1]], ROLES, false);
             let option = format!("--unit {}", option_of("", columns, unit.name));
+            // Where the first file was judged before, no unit of it is proposed again.
+            if let Ok(Some(caution)) = check_units([&sets[0], &sets[1]], ROLES, true) {
+                assert!(!caution.text.contains(&format!("{option} converts")), "{option}: {}", caution.text);
+            }
             match found {
                 Err(error) => assert!(error.to_string().contains(&option), "{option}: {error}"),
                 Ok(Some(caution)) => assert!(caution.text.contains(&option), "{option}: {}", caution.text),
@@ -415,10 +421,10 @@ mod tests {
         // A clock in us, read with --unit t=ms.
         let mut measured = strokes(true, |row| row.t_s *= 1e3);
         measured.factors = vec![("t_s".into(), 1e-3)];
-        let message = check_units([&calibration, &measured], ROLES).unwrap_err().to_string();
+        let message = check_units([&calibration, &measured], ROLES, false).unwrap_err().to_string();
         assert!(message.contains("--unit measured:t=us converts"), "{message}");
         let halved = strokes(true, |row| row.force_n = row.force_n.map(|f| 0.5 * f));
-        let text = check_units([&calibration, &halved], ROLES).unwrap().unwrap().text;
+        let text = check_units([&calibration, &halved], ROLES, false).unwrap().unwrap().text;
         assert!(text.contains("at one depth it is 0.45 times") && text.contains("another gain"), "{text}");
     }
 }

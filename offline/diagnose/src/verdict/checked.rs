@@ -36,7 +36,7 @@ impl<'a> Checked<'a> {
         check_distinct(measured, calibration, IN_CALIBRATION)?;
         require(measured, own)?;
         // A unit of one file alone is found beside the other one, before a column of the same file contradicts it.
-        let mut cautions: Vec<Caution> = units([calibration, measured], "measured")?.into_iter().collect();
+        let mut cautions: Vec<Caution> = units([calibration, measured], "measured", false)?.into_iter().collect();
         cautions.extend(cautions_of(calibration, "calibration")?);
         cautions.extend(cautions_of(measured, "measured")?);
         Ok(Self { calibration: at_reference(calibration, own), measured, cautions })
@@ -51,14 +51,14 @@ impl<'a> Checked<'a> {
             check_distinct(set, fitted, IN_FIT)?;
         }
         require(set, own)?;
-        let unit = units([&self.calibration, set], "holdout")?;
+        let unit = units([&self.calibration, set], "holdout", true)?;
         Ok(unit.into_iter().chain(cautions_of(set, "holdout")?).collect())
     }
 }
 
 /// What is said of the units of a set beside the calibration's.
-fn units(sets: [&RunSet; 2], role: &str) -> Result<Option<Caution>, DiagnoseError> {
-    let found = check_units(sets, ["calibration", role])?;
+fn units(sets: [&RunSet; 2], role: &str, judged: bool) -> Result<Option<Caution>, DiagnoseError> {
+    let found = check_units(sets, ["calibration", role], judged)?;
     Ok(found.map(|caution| Caution { role: role.into(), ..caution }))
 }
 

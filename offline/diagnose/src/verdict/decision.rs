@@ -112,10 +112,12 @@ pub struct LawWeight {
 }
 
 impl LawWeight {
-    /// Whether it may be an error of the form of another one: of far less evidence, or small on the same axis of the protocol.
+    /// Whether it may be an error of the form of another one that has more evidence: it is small on the same axis of the protocol, or has
+    /// hardly any beside it.
     fn is_form_of(&self, other: &Self) -> bool {
         let small = same_axis(self.law, other.law) && self.share < SMALL_BESIDE * other.share;
-        self.law != other.law && !self.of_sensor && (small || self.gain_2ll < LITTLE_BESIDE * other.gain_2ll)
+        let most = if small { other.gain_2ll } else { LITTLE_BESIDE * other.gain_2ll };
+        self.law != other.law && !self.of_sensor && self.gain_2ll < most
     }
 }
 
@@ -387,6 +389,7 @@ mod tests {
         for (law, share, gain, of_sensor, beside, expected) in [
             ("viscous_drag", 0.019, 200.0, false, &speed, true),
             ("viscous_drag", 0.04, 200.0, false, &speed, false),
+            ("viscous_drag", 0.019, 700.0, false, &speed, false),
             // Another axis: neither size nor a gain of this order speaks against it.
             ("hydration_bell", 0.019, 200.0, false, &speed, false),
             ("adhesion", 0.016, 24.0, false, &ageing, true),
