@@ -34,9 +34,9 @@ fn cautions(set: &RunSet) -> Vec<String> {
     }
 }
 
-/// What is said of the units of two files of a finger.
-fn unit_cautions(calibration: &RunSet, measured: &RunSet) -> Option<String> {
-    match check_units([calibration, measured], ["calibration", "measured"], false) {
+/// What is said of the units of two files of a finger; `held_out`: after those of the first were judged beside another one.
+fn unit_cautions(calibration: &RunSet, measured: &RunSet, held_out: bool) -> Option<String> {
+    match check_units([calibration, measured], ["calibration", "measured"], held_out) {
         Ok(found) => found.map(|caution| caution.text),
         Err(error) => Some(error.to_string()),
     }
@@ -62,7 +62,8 @@ fn correct_synthetic_files_raise_no_suspicion() {
                     );
                 }
                 pairs += 1;
-                let units = [&case.measured, &case.holdout].map(|set| unit_cautions(&case.calibration, set));
+                let units = [(&case.measured, false), (&case.holdout, true)]
+                    .map(|(set, held_out)| unit_cautions(&case.calibration, set, held_out));
                 alarms.extend(
                     units.into_iter().flatten().map(|text| format!("{simulator:?} {protocol:?} {seed}: {text}")),
                 );
@@ -86,12 +87,16 @@ fn stored_files_raise_no_suspicion() {
     let [calibration, measured, holdout] =
         ["calibration", "measured", "holdout"].map(|name| read(root.join(format!("data/examples/{name}.csv"))));
     let mut alarms: Vec<String> = [&calibration, &measured, &holdout].into_iter().flat_map(cautions).collect();
-    alarms.extend([&measured, &holdout].into_iter().filter_map(|set| unit_cautions(&calibration, set)));
+    alarms.extend(
+        [(&measured, false), (&holdout, true)]
+            .into_iter()
+            .filter_map(|(set, held_out)| unit_cautions(&calibration, set, held_out)),
+    );
     assert!(varied_in_calibration(&calibration, &measured, &own).is_empty());
     for set in fe_sets::sets() {
         let (calibration, measured) = (set.calibration(), set.measured());
         alarms.extend([&calibration, &measured].into_iter().flat_map(cautions));
-        alarms.extend(unit_cautions(&calibration, &measured));
+        alarms.extend(unit_cautions(&calibration, &measured, false));
         assert!(varied_in_calibration(&calibration, &measured, &own).is_empty(), "{}", set.file);
     }
     let map = ColumnMap::parse(Some("normal=-Fz,x=Fx,y=Fy,t=Timestamp"), None).unwrap();
@@ -159,7 +164,8 @@ fn fingers_of_other_physics_are_not_taken_for_other_units() {
             for index in 0..=LIBRARY.len() {
                 let hide = if index < LIBRARY.len() { Hide::Law(index) } else { Hide::Nothing };
                 let case = case(simulator, protocol, 5_000 + index as u64, hide, index % 3);
-                let units = [&case.measured, &case.holdout].map(|set| unit_cautions(&case.calibration, set));
+                let units = [(&case.measured, false), (&case.holdout, true)]
+                    .map(|(set, held_out)| unit_cautions(&case.calibration, set, held_out));
                 alarms.extend(
                     units.into_iter().flatten().map(|text| format!("{simulator:?} {protocol:?} {index}: {text}")),
                 );

@@ -7,6 +7,8 @@
 use fingerpad_smooth::Parameter;
 
 use crate::data::runs::RunSet;
+use crate::laws::Place;
+use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::{PerEffect, RandomEffect};
 use crate::selection::bases::{BasisGroup, basis_groups};
 use crate::selection::discrepancy::ModelDiscrepancy;
@@ -250,6 +252,9 @@ fn compare_scatter(
     let predicted = columns.best_predictions(&fit.variances, &columns.observed(scaled));
     let degrees = |runs: usize| (runs as f64 - 3.0).max(1.0);
     let (n1, n2) = (degrees(task.layout.runs()), degrees(expected.calibration_runs));
+    // Where no law changes the load, its scatter is something else, and may be small beside what they change.
+    let on_load = |active: &ActiveLaw| matches!(active.law.place, Place::Stiffness | Place::Depth | Place::Rim);
+    let loads = fit.laws[task.finger_laws.len()..].iter().any(on_load);
     for (slot, effect) in [RandomEffect::Stiffness, RandomEffect::Strength].into_iter().enumerate() {
         let k = effect.index();
         let (found, wanted) = (fit.variances[k], expected.variances[k]);
@@ -263,8 +268,8 @@ fn compare_scatter(
         if ratio > 2.0 {
             out.p_scatter = out.p_scatter.min(p);
             let all = of_most > 2.0 && 2.0 * f_tail(of_most, n1, n2) < SCATTER_LEVEL;
-            let counts = left.sqrt() >= expected.least_size();
-            out.is_scattered |= counts && all && (left > 0.3 * before || of_most > LARGE_SCATTER);
+            let small = slot == 0 && !loads && left.sqrt() < expected.least_size();
+            out.is_scattered |= all && !small && (left > 0.3 * before || of_most > LARGE_SCATTER);
         }
     }
 }
