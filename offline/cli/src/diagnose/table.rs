@@ -5,7 +5,6 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::anyhow;
-use fingerpad_diagnose::InputFile;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::ColumnNames;
@@ -13,9 +12,9 @@ use fingerpad_identify::table_diagnosis::{self, Finding, Input, MeasuredTable, T
 use fingerpad_identify::{Hooks, IdentifyError, StateCache, table_csv};
 use fingerpad_reduce::DesignSettings;
 use fingerpad_report as report;
-use sha2::Digest;
 
 use super::arguments::TableArgs;
+use super::input_files::trace_input;
 use super::result_files::{prepare, write_files};
 use crate::config::ConfigFile;
 use crate::progress::counter;
@@ -88,20 +87,11 @@ pub fn run(args: &TableArgs) -> Result<(), Failure> {
         TableError::TooLittle(problem) => Failure::Input(anyhow!("{}: {problem}", path.display())),
         other => other.into(),
     })?;
-    let bytes =
-        std::fs::read(path).map_err(|source| fingerpad_formats::Error::File { path: path.to_path_buf(), source })?;
     let diagnosis = &mut finding.report.diagnosis;
-    diagnosis.input = vec![InputFile {
-        role: "measured".into(),
-        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
-        sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
-        rows: count,
-        runs: count,
-        notes: finding.sentences.clone(),
-    }];
+    diagnosis.input = vec![trace_input(path, count, count, &finding.sentences)?];
     diagnosis.elapsed_s = started.elapsed().as_secs_f64();
     let files = files(&finding, &config, &settings, &design, path)?;
-    let rendered = report::table::render(&finding).map_err(|e| Failure::Numerics(e.into()))?;
+    let rendered = report::diagnosis::table::render(&finding).map_err(|e| Failure::Numerics(e.into()))?;
     let diagnosis = &finding.report.diagnosis;
     write_files(&args.output, rendered, diagnosis.next_experiment.as_ref(), files)?;
     println!("{}: verdict: {}", path.display(), report::diagnosis::word(diagnosis));

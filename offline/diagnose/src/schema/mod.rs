@@ -30,7 +30,26 @@ pub enum Verdict {
     UnexplainedStructure,
 }
 
+/// −2 log likelihood or evidence up to which two explanations are not distinguished: odds of 20 to 1.
+pub const INDISTINGUISHABLE: f64 = 6.0;
+/// p of what an explanation leaves below which it leaves a structure.
+pub const STRUCTURE_P: f64 = 1e-3;
+
 impl Verdict {
+    /// The verdict on weighed explanations.
+    ///
+    /// * `left`: whether the best one leaves a structure
+    /// * `claimed`: whether an effect stands out
+    /// * `open`: whether another explanation is not distinguished from it
+    pub fn of(left: bool, claimed: bool, open: bool) -> Self {
+        match (left, claimed, open) {
+            (true, ..) => Self::UnexplainedStructure,
+            (_, false, _) => Self::None,
+            (.., true) => Self::Ambiguous,
+            (.., false) => Self::Named,
+        }
+    }
+
     /// Whether effects are claimed.
     pub fn is_claim(self) -> bool {
         matches!(self, Self::Named | Self::Ambiguous)

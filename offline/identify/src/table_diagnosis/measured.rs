@@ -1,7 +1,11 @@
 //! The measured table as input of the diagnosis: cells with their errors, depths in rising order.
 
+use fingerpad_fe::contact::RubberFriction;
+
 use super::TableError;
+use crate::table::slots;
 use crate::table_csv::{Cell, PartialRow};
+use crate::{LawPoint, Point, Region, Table};
 
 /// Quantities of a row, in the order of every triple of this room.
 pub const QUANTITIES: [&str; 3] = ["normal_force_n", "contact_area_mm2", "friction_coefficient"];
@@ -45,9 +49,7 @@ impl MeasuredTable {
     /// # Errors
     /// [`TableError::TooLittle`].
     pub fn new(rows: Vec<PartialRow>) -> Result<Self, TableError> {
-        let mut depths_mm: Vec<f64> = rows.iter().map(|r| r.depth_mm.value).collect();
-        depths_mm.sort_by(f64::total_cmp);
-        depths_mm.dedup();
+        let (depths_mm, slot) = slots(rows.iter().map(|r| r.depth_mm.value));
         if depths_mm.len() < 3 {
             return Err(TableError::TooLittle(format!(
                 "{} row(s) at {} depth(s); stiffness, touch point and strength are three constants: at least three depths \
@@ -56,7 +58,6 @@ impl MeasuredTable {
                 depths_mm.len()
             )));
         }
-        let slot: Vec<usize> = rows.iter().map(|r| depths_mm.partition_point(|d| *d < r.depth_mm.value)).collect();
         let sd_of = |k: usize| {
             let known: Vec<f64> =
                 (rows.iter().zip(&slot)).filter(|(_, s)| **s == k).filter_map(|(r, _)| r.depth_mm.sd).collect();
@@ -100,6 +101,20 @@ impl MeasuredTable {
     /// Whether a quantity was measured.
     pub fn has(&self, quantity: usize) -> bool {
         self.rows.iter().any(|r| Self::cells(r)[quantity].is_some())
+    }
+
+    /// The power law through mean shear stress over mean pressure of the rows; none without areas.
+    pub fn mean_field(&self) -> Option<LawPoint> {
+        let point = |r: &PartialRow| {
+            Some(Point {
+                depth_mm: r.depth_mm.value,
+                normal_force_n: r.normal_force_n?.value,
+                friction_coefficient: r.friction_coefficient?.value,
+                contact_area_mm2: Some(r.contact_area_mm2?.value),
+            })
+        };
+        let table = Table::new("table", self.rows.iter().filter_map(point).collect()).ok()?;
+        table.mean_field(&Region { beta: [-0.2, 0.9], tau_ref_kpa: [1e-3, 1e3] }, &RubberFriction::default())
     }
 }
 

@@ -101,8 +101,8 @@ fn basis() -> Markup {
     }
 }
 
-/// The page of a diagnosis that has sentences instead of figures.
-pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -> String {
+/// The page of a diagnosis that has sentences instead of figures; `more` follows the next experiment.
+pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture], more: &Markup) -> String {
     let files: Vec<String> = report.input.iter().map(words::input).collect();
     let headline = words::headline(report);
     let main = html! {
@@ -118,6 +118,7 @@ pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -
                 }
             }
             (next(report))
+            (more)
         }
     };
     document(&format!("fingerpad diagnose: {headline}"), main)
@@ -269,8 +270,8 @@ mod tests {
         )
         .unwrap();
         let mut found = diagnose_forces(&trace, 0.01);
-        assert!(!reduced(&found.report, &found.sentences, &[]).contains("sign flips"));
+        assert!(!reduced(&found.report, &found.sentences, &[], &html! {}).contains("sign flips"));
         found.report.holdout.method = "k-fold by run".into();
-        assert!(reduced(&found.report, &found.sentences, &[]).contains("sign flips over runs"));
+        assert!(reduced(&found.report, &found.sentences, &[], &html! {}).contains("sign flips over runs"));
     }
 }
