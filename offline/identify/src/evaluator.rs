@@ -156,7 +156,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Hash of everything that a shape's states depend on besides depth, law and stiffness.
-    fn key(&self, shape: &FingertipShape) -> Key {
+    pub(crate) fn key(&self, shape: &FingertipShape) -> Key {
         let config = self.config;
         key_of(&(
             env!("CARGO_PKG_VERSION"),

@@ -11,12 +11,13 @@ use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::ColumnNames;
 use fingerpad_identify::table_csv::{Cell, PartialRow, read_partial};
 use fingerpad_identify::table_diagnosis::{
-    CorrectedFinger, Elastic, Finding, Input, MeasuredTable, Parameter, Values, diagnose, place_of, read,
+    CorrectedFinger, Elastic, Finding, Input, MeasuredTable, Parameter as P, Values, diagnose, place_of, read,
 };
 use fingerpad_identify::{Evaluator, Hooks, LawPoint, Query, Settings, StateCache, Steady};
 use fingerpad_tests::random::Random;
 
 const DEPTHS_MM: [f64; 4] = [0.75, 1.0, 1.25, 1.5];
+const ZERO: &str = "normal_force_zero";
 const HOOKS: Hooks = Hooks { go_on: &|| true, report_progress: &|_, _| {} };
 
 fn config() -> Config {
@@ -84,24 +85,17 @@ fn found(table: MeasuredTable) -> Finding {
 #[ignore = "weekly"]
 fn planted_effects_are_named_or_among_the_contenders() {
     let _alone = one_at_a_time();
-    let cases: [(&str, Option<&str>, &[(Parameter, f64)]); 7] = [
+    type Case = (&'static str, Option<&'static str>, &'static [(P, f64)]);
+    const CASES: [Case; 7] = [
         ("clean", None, &[]),
-        (
-            "another finger",
-            None,
-            &[(Parameter::LN_STIFFNESS, -0.25), (Parameter::DEPTH_OFFSET, 0.05), (Parameter::LN_STRENGTH, 1.9)],
-        ),
-        ("zero of -60 mN", Some("normal_force_zero"), &[(Parameter::NORMAL_FORCE_OFFSET, -0.06)]),
-        (
-            "zero of +50 mN, softer",
-            Some("normal_force_zero"),
-            &[(Parameter::NORMAL_FORCE_OFFSET, 0.05), (Parameter::LN_STIFFNESS, -0.2)],
-        ),
-        ("1.25 mm off by 0.12 mm", Some("depth_errors"), &[(Parameter::depth_error(2), 0.12)]),
-        ("half of the strength is tau_0", Some("tau0"), &[(Parameter::TAU0_SHARE, 0.5)]),
-        ("stiffening", Some("strain_stiffening"), &[(Parameter::STRAIN_STIFFENING, 0.6)]),
+        ("another finger", None, &[(P::LN_STIFFNESS, -0.25), (P::DEPTH_OFFSET, 0.05), (P::LN_STRENGTH, 1.9)]),
+        ("zero of -60 mN", Some(ZERO), &[(P::NORMAL_FORCE_OFFSET, -0.06)]),
+        ("zero of +50 mN, softer", Some(ZERO), &[(P::NORMAL_FORCE_OFFSET, 0.05), (P::LN_STIFFNESS, -0.2)]),
+        ("1.25 mm off by 0.12 mm", Some("depth_errors"), &[(P::depth_error(2), 0.12)]),
+        ("half of the strength is tau_0", Some("tau0"), &[(P::TAU0_SHARE, 0.5)]),
+        ("stiffening", Some("strain_stiffening"), &[(P::STRAIN_STIFFENING, 0.6)]),
     ];
-    for (k, (what, planted, values)) in cases.iter().enumerate() {
+    for (k, (what, planted, values)) in CASES.iter().enumerate() {
         let values = values.iter().fold(none(), |v, (p, x)| v.with(*p, *x));
         // Half of the cases without noise as well: each takes ten seconds.
         let noises: &[f64] = if k < 3 { &[0.0, 0.02] } else { &[0.02] };
@@ -134,7 +128,7 @@ fn the_published_table_is_diagnosed_end_to_end() {
     let finding = found(table);
     let (report, section) = (&finding.report.diagnosis, &finding.report.table);
     assert_eq!(report.verdict, Verdict::Ambiguous);
-    assert_eq!(section.contenders[0], "normal_force_zero", "{:?}", section.contenders);
+    assert_eq!(section.contenders[0], ZERO, "{:?}", section.contenders);
     let gap = |name: &str| section.steps.iter().find(|s| s.name == name).unwrap().rms_percent;
     assert!(
         gap("corrected") < 0.5 * gap("as_given") && gap("corrected") < gap("four_constants"),
@@ -167,7 +161,7 @@ fn the_published_table_is_diagnosed_end_to_end() {
 fn size_is_a_unit_of_length() {
     let _alone = one_at_a_time();
     let shape = config().fingertip_shape().unwrap();
-    let values = none().with(Parameter::LN_SIZE, 0.12);
+    let values = none().with(P::LN_SIZE, 0.12);
     let scaled: Vec<Elastic> = (elastic(&config(), &values).iter().enumerate())
         .map(|(slot, e)| std::array::from_fn(|q| e[q] * place_of(&values, DEPTHS_MM[slot], slot).1[q]))
         .collect();

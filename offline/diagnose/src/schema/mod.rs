@@ -17,10 +17,11 @@ pub use next_experiment::{FACTORS, Factor, FactorPrice, NextExperiment, PlannedR
 pub use repeated::{LeftOut, NotSimulated, Power, PowerCell, Rate, Stability};
 
 /// The answer of a diagnosis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Nothing is missing that the data could show.
+    #[default]
     None,
     /// Each missing effect has one family.
     Named,
@@ -70,7 +71,7 @@ pub struct FittedParameter {
 }
 
 /// A law that may be the missing effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CandidateLaw {
     /// Law.
     pub law: String,
@@ -83,7 +84,7 @@ pub struct CandidateLaw {
 }
 
 /// A missing effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EffectFound {
     /// Best candidate.
     pub law: String,
@@ -119,7 +120,7 @@ pub struct EffectFound {
 }
 
 /// Where baseline and measurement differ before any effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Disagreement {
     /// Root mean square residual of normal, x, y, N.
     pub rms_n: [f64; 3],
@@ -152,7 +153,7 @@ pub struct BaselineParameter {
 }
 
 /// A change of scale between the calibration and the measured set; never an effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rescale {
     /// Factor on the normal force.
     pub stiffness: f64,
@@ -161,7 +162,7 @@ pub struct Rescale {
 }
 
 /// The baseline after the refit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     /// Model file.
     pub model: String,
@@ -174,7 +175,7 @@ pub struct Baseline {
 }
 
 /// Noise.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NoiseFound {
     /// Row noise, N.
     pub additive_n: f64,
@@ -231,7 +232,7 @@ fn independent() -> [f64; 3] {
 }
 
 /// The test of one law.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawTest {
     /// Law.
     pub law: String,
@@ -252,7 +253,7 @@ pub struct LawTest {
 }
 
 /// Structure that no law explains.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UnexplainedFound {
     /// Whether measured runs lie outside the calibration in its column.
     #[serde(default)]
@@ -322,7 +323,7 @@ impl UnexplainedFound {
 }
 
 /// Scatter between runs over that of the calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScatterRatio {
     /// Of the stiffness.
     pub normal: f64,
@@ -497,7 +498,7 @@ pub enum Confidence {
 }
 
 /// The report.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// `fingerpad-diagnosis/1`.
     pub schema: String,

@@ -39,34 +39,8 @@ impl CorrectedFinger {
         config.experiment.depths_mm =
             depths_mm.iter().enumerate().map(|(slot, depth)| values.depth_mm(*depth, slot)).collect();
         let changed = size != 1.0 || bone_mm != 0.0;
-        Self { shape: changed.then(|| scaled(with_bone(shape, bone_mm), size)), config, left_out: left_out(values) }
+        Self { shape: changed.then(|| with_bone(shape, bone_mm).scaled(size)), config, left_out: left_out(values) }
     }
-}
-
-/// A shape with all lengths times `size`.
-fn scaled(mut out: FingertipShape, size: f64) -> FingertipShape {
-    let lengths = [
-        &mut out.half_width_mm,
-        &mut out.half_thickness_mm,
-        &mut out.length_mm,
-        &mut out.cap_length_mm,
-        &mut out.taper_start_mm,
-        &mut out.taper_blend_mm,
-        &mut out.skin_thickness_mm,
-        &mut out.bone_half_width_mm,
-        &mut out.bone_half_thickness_mm,
-        &mut out.bone_cap_length_mm,
-        &mut out.bone_dorsal_offset_mm,
-        &mut out.bone_distal_clearance_mm,
-        &mut out.joint_start_mm,
-        &mut out.joint_end_mm,
-        &mut out.nail_start_mm,
-        &mut out.nail_end_mm,
-        &mut out.nail_thickness_mm,
-        &mut out.pad_height_mm,
-    ];
-    lengths.into_iter().for_each(|length| *length *= size);
-    out
 }
 
 /// Effects of the instruments, and effects that change with depth.

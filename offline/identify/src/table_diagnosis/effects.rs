@@ -42,42 +42,31 @@ impl Parameter {
         Self(DEPTH_ERROR + slot)
     }
 
-    fn known(self) -> &'static Known {
-        &PARAMETERS[self.0.min(DEPTH_ERROR)]
-    }
-
     /// The slot whose depth it corrects.
     pub fn slot(self) -> Option<usize> {
         self.0.checked_sub(DEPTH_ERROR)
+    }
+
+    /// What is known of it.
+    pub fn known(self) -> &'static Known {
+        &PARAMETERS[self.0.min(DEPTH_ERROR)]
     }
 
     /// Its name in a report, with the unit at its end.
     pub fn name(self) -> String {
         self.slot().map_or_else(|| self.known().name.into(), |slot| format!("depth_error_{}_mm", slot + 1))
     }
-
-    /// Its unit; empty for a pure number.
-    pub fn unit(self) -> &'static str {
-        self.known().unit
-    }
-
-    /// Standard deviation about the value without the effect, before the table is read.
-    pub fn prior_sd(self) -> f64 {
-        self.known().prior_sd
-    }
-
-    /// Smallest and largest value.
-    pub fn bounds(self) -> [f64; 2] {
-        self.known().bounds
-    }
 }
 
 /// A kind of parameter.
-struct Known {
+pub struct Known {
     name: &'static str,
-    unit: &'static str,
-    prior_sd: f64,
-    bounds: [f64; 2],
+    /// Empty for a pure number.
+    pub unit: &'static str,
+    /// Standard deviation about the value without the effect, before the table is read.
+    pub prior_sd: f64,
+    /// Smallest and largest value.
+    pub bounds: [f64; 2],
 }
 
 const fn known(name: &'static str, unit: &'static str, prior_sd: f64, bounds: [f64; 2]) -> Known {
@@ -206,13 +195,6 @@ const LAW: &str = "slide at smaller depths with the area measured; tau_0 shows a
 const PRESS: &str = "press without sliding from first touch on in steps of 0.1 mm, with the touch point from the sensor's own first \
                      reading";
 
-/// Name of the candidate that frees every depth.
-pub const DEPTH_ERRORS: &str = "depth_errors";
-/// Name of the candidate of another size and bone.
-pub const GEOMETRY: &str = "geometry";
-/// Name of the candidate of another exponent.
-pub const EXPONENT: &str = "exponent";
-
 /// All candidates.
 pub static EFFECTS: [Effect; 10] = [
     effect(
@@ -223,7 +205,7 @@ pub static EFFECTS: [Effect; 10] = [
          reading of F/N then runs away or changes sign, while a right zero lets F vanish with N",
     ),
     effect(
-        DEPTH_ERRORS,
+        "depth_errors",
         &[Parameter::depth_error(0)],
         &[],
         "approach each depth at least three times from the air: the errors show as a scatter of the normal force that friction \
@@ -233,9 +215,9 @@ pub static EFFECTS: [Effect; 10] = [
     effect("tissue_stiffness", &[Parameter::LN_STIFFNESS], &[0], PRESS),
     effect("strain_stiffening", &[Parameter::STRAIN_STIFFENING], &[0], PRESS),
     effect("tau0", &[Parameter::TAU0_SHARE], &[2], LAW),
-    effect(EXPONENT, &[Parameter::EXPONENT], &[2], LAW),
+    effect("exponent", &[Parameter::EXPONENT], &[2], LAW),
     effect(
-        GEOMETRY,
+        "geometry",
         &[Parameter::LN_SIZE, Parameter::BONE_CLEARANCE],
         &[],
         "measure the finger's width and the pulp's thickness (ultrasound or a press to the bone)",

@@ -2,10 +2,8 @@
 //!
 //! Main type: [`FiniteElements`].
 
-use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::mesh::FingertipShape;
 
-use super::TableError;
 use super::effects::Values;
 use super::reading::{Elastic, ElasticPlace, place_of};
 use super::surface::FittedSurface;
@@ -46,28 +44,20 @@ pub struct FiniteElements<'e, 'm> {
     pub evaluator: &'e Evaluator<'e>,
     /// The finger as it was given.
     pub fe_model: FeModel<'m>,
-    /// Its shape.
-    pub shape: FingertipShape,
-    /// Elastic slip and regularisation of the law.
-    pub base: RubberFriction,
     /// Deepest place that the finger has room for, mm.
     pub deepest_mm: f64,
-    /// Expected number of further steady slides.
+    /// Number of steady slides that are expected in all, and that were requested.
     pub expected: usize,
-    /// Number of requested slides.
     pub requested: usize,
 }
 
 impl FiniteElements<'_, '_> {
     /// The response at places that share law and bone clearance; none if no steady slide is found. The cache records the
     /// slides that are not found, so that a resumed run gives the same result.
-    ///
-    /// # Errors
-    /// [`TableError::Fe`] that is not of one place.
-    pub fn at(&mut self, first_slot: usize, places: &[ElasticPlace]) -> Result<Vec<Option<Elastic>>, TableError> {
+    pub fn at(&mut self, first_slot: usize, places: &[ElasticPlace]) -> Result<Vec<Option<Elastic>>, IdentifyError> {
         let bone_mm = places.first().map_or(0.0, |p| p.bone_mm);
         let query = |(k, place): (usize, &ElasticPlace)| {
-            let law = place.law.friction(&self.base);
+            let law = place.law.friction(&self.evaluator.config.friction);
             (first_slot + k, vec![Query { depth_mm: place.depth_mm, law, stiffness: 1.0 }])
         };
         let mut open: Vec<(usize, Vec<Query>)> = places.iter().enumerate().map(query).collect();
@@ -87,9 +77,7 @@ impl FiniteElements<'_, '_> {
 
     /// Key under which the cache records that a slide is not found.
     fn failure(&self, bone_mm: f64, query: &Query) -> Key {
-        let (config, tolerance) = (self.evaluator.config, self.evaluator.settings.tolerance);
-        let finger = (&self.shape, bone_mm.to_bits(), config.mesh_preset, &config.tissue, config.numerics);
-        key_of(&("no steady slide", env!("CARGO_PKG_VERSION"), finger, tolerance.to_bits(), query))
+        key_of(&("no steady slide", self.evaluator.key(&with_bone(self.fe_model.shape(), bone_mm)), query))
     }
 
     /// The slides, or each by itself where the common press or the mesh fails.
@@ -97,7 +85,7 @@ impl FiniteElements<'_, '_> {
         let found = if bone_mm == 0.0 {
             self.fe_model.slides(open, Missing::Sought)
         } else {
-            self.evaluator.slides_on(&with_bone(&self.shape, bone_mm), open, Missing::Sought)
+            self.evaluator.slides_on(&with_bone(self.fe_model.shape(), bone_mm), open, Missing::Sought)
         };
         match found {
             Err(error) if error.is_local() && open.len() > 1 => {
@@ -110,10 +98,7 @@ impl FiniteElements<'_, '_> {
     }
 
     /// The surface around the law `middle` and the depths of a table, with the bone clearance.
-    ///
-    /// # Errors
-    /// [`TableError`].
-    pub fn surface(&mut self, middle: &LawPoint, depths_mm: &[f64]) -> Result<FittedSurface, TableError> {
+    pub fn surface(&mut self, middle: &LawPoint, depths_mm: &[f64]) -> Result<FittedSurface, IdentifyError> {
         let [least, most] = [depths_mm[0] * DEPTH_RANGE[0], depths_mm[depths_mm.len() - 1] * DEPTH_RANGE[1]];
         let ratio = (most.min(self.deepest_mm) / least).powf(1.0 / (DEPTHS - 1) as f64);
         self.expected += DEPTHS * (LAWS.len() + BONE_MM.len());
@@ -131,14 +116,11 @@ impl FiniteElements<'_, '_> {
             answers.extend(places.into_iter().zip(found).filter_map(|(place, found)| Some((place, found?))));
         }
         let found = answers.len();
-        FittedSurface::through(&answers, self.base).ok_or(TableError::TooFewSlides { found })
+        FittedSurface::through(&answers, self.evaluator.config.friction).ok_or(IdentifyError::TooFewSlides(found))
     }
 
     /// The responses at the places of values; `None` if one of the slides is not found.
-    ///
-    /// # Errors
-    /// [`TableError`].
-    pub fn at_values(&mut self, depths_mm: &[f64], values: &Values) -> Result<Option<Vec<Elastic>>, TableError> {
+    pub fn at_values(&mut self, depths_mm: &[f64], values: &Values) -> Result<Option<Vec<Elastic>>, IdentifyError> {
         let places: Vec<_> = (0..depths_mm.len()).map(|k| place_of(values, depths_mm[k], k).0).collect();
         if places.iter().any(|p| p.depth_mm > self.deepest_mm || !(p.depth_mm > 0.1)) {
             return Ok(None);

@@ -7,7 +7,6 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::TableError;
 use super::effects::{CONSTANTS, Effect, Parameter, Values};
 use super::measured::{Measured, MeasuredTable};
 use super::reading::{Elastic, Surface, place_of, read};
@@ -69,7 +68,7 @@ pub struct Task<'a> {
 impl<'a> Task<'a> {
     /// All numbers of the table.
     pub fn all(table: &'a MeasuredTable, surface: &'a Surface<'a>, start: Values, prior: Values) -> Self {
-        Self { table, surface, shift: Vec::new(), numbers: table.numbers(), start, prior }
+        Self { table, surface, shift: Vec::new(), numbers: table.numbers.clone(), start, prior }
     }
 
     /// All numbers but those at one depth.
@@ -103,7 +102,7 @@ impl<'a> Task<'a> {
 
     /// Prior standard deviation of a parameter; depths have that of their column.
     fn prior_sd(&self, parameter: Parameter) -> f64 {
-        parameter.slot().map_or(parameter.prior_sd(), |slot| self.table.depth_sd_mm[slot])
+        parameter.slot().map_or(parameter.known().prior_sd, |slot| self.table.depth_sd_mm[slot])
     }
 
     /// Free parameters of a fit: those of the effects, and the constants of the finger if these are free.
@@ -118,10 +117,7 @@ impl<'a> Task<'a> {
     }
 
     /// Fits effects beside the constants of the finger, from several starts.
-    ///
-    /// # Errors
-    /// [`TableError::Fe`] if the minimiser fails.
-    pub fn fit(&self, effects: &[&'static Effect]) -> Result<Fitted, TableError> {
+    pub fn fit(&self, effects: &[&'static Effect]) -> Result<Fitted, IdentifyError> {
         let free = self.free(effects, true);
         let mut best: Option<(f64, Values)> = None;
         for start in self.starts(&free) {
@@ -139,7 +135,7 @@ impl<'a> Task<'a> {
     fn starts(&self, free: &[Parameter]) -> Vec<Values> {
         let mut starts = vec![self.start.clone()];
         for &parameter in free.iter().filter(|p| !CONSTANTS.contains(p) && p.slot().is_none()) {
-            let [low, high] = parameter.bounds();
+            let [low, high] = parameter.known().bounds;
             let moved = [-1.0, 1.0].map(|side| self.start[parameter] + side * self.prior_sd(parameter));
             let inside = moved.into_iter().filter(|value| *value > low && *value < high);
             starts.extend(inside.map(|value| self.start.clone().with(parameter, value)));
@@ -148,15 +144,12 @@ impl<'a> Task<'a> {
     }
 
     /// Fits effects from one start; fit and noise settle in turns.
-    ///
-    /// # Errors
-    /// As [`Self::fit`].
     pub fn fit_from(
         &self,
         effects: &[&'static Effect],
         with_constants: bool,
         start: Values,
-    ) -> Result<Fitted, TableError> {
+    ) -> Result<Fitted, IdentifyError> {
         let (free, n) = (self.free(effects, with_constants), self.numbers.len());
         let scatter = NOISE_SCATTER[usize::from(self.table.has_spread())];
         let mut fit = Weighted { task: self, free: &free, values: start, noise: 1.0 };
@@ -178,7 +171,7 @@ impl<'a> Task<'a> {
         let interval = |(p, sd): (&Parameter, f64)| {
             let value = fit.values[*p];
             let ci95 = [value - 1.96 * sd, value + 1.96 * sd];
-            FittedParameter { name: p.name(), value, unit: p.unit().into(), ci95 }
+            FittedParameter { name: p.name(), value, unit: p.known().unit.into(), ci95 }
         };
         let readings = self.predict(&fit.values);
         let chi = ChiSquared::new((n as f64 - free.len() as f64).max(1.0));
@@ -225,7 +218,7 @@ struct Weighted<'a, 't> {
 impl Weighted<'_, '_> {
     /// The least sum of squares near the values.
     fn minimise(&self) -> Result<(Values, Solution), IdentifyError> {
-        let variable = |p: &Parameter| Variable { value: self.values[*p], bounds: p.bounds() };
+        let variable = |p: &Parameter| Variable { value: self.values[*p], bounds: p.known().bounds };
         let from: Vec<Variable> = self.free.iter().map(variable).collect();
         let stop = Stop { tolerance: 1e-7, evaluations: 30 * (self.free.len() + 1) };
         let solution = minimise("table", &mut self.clone(), &from, stop)?;
@@ -247,7 +240,7 @@ impl Weighted<'_, '_> {
     /// Their derivatives, a column for each free parameter.
     fn columns(&self, values: &Values) -> Vec<Vec<f64>> {
         let slope = |p: &Parameter| {
-            let step = 1e-4 * p.prior_sd();
+            let step = 1e-4 * p.known().prior_sd;
             let side = |sign: f64| self.residuals(&values.clone().with(*p, values[*p] + sign * step));
             side(1.0).iter().zip(side(-1.0)).map(|(a, b)| (a - b) / (2.0 * step)).collect()
         };

@@ -28,30 +28,3 @@ pub use procedure::{Finding, Input, diagnose};
 pub use reading::{Elastic, ElasticPlace, place_of, read};
 pub use search::Candidate;
 pub use section::{CellGap, FiniteElementsUsed, Step, TableReport, TableSection};
-
-use fingerpad_fe::experiment::ConfigError;
-
-use crate::IdentifyError;
-
-/// Why a table has no diagnosis.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    /// The table does not suffice.
-    #[error("{0}")]
-    TooLittle(String),
-    /// The finger is of a kind that cannot be varied.
-    #[error("{0}")]
-    Geometry(String),
-    /// Too many of the finite elements' slides were not found.
-    #[error("only {found} steady slides were found around the table's depths, too few for a regression")]
-    TooFewSlides {
-        /// Their number.
-        found: usize,
-    },
-    /// The finite elements or a fit failed, or the caller requested the end.
-    #[error(transparent)]
-    Fe(#[from] IdentifyError),
-    /// The configuration cannot be run.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-}

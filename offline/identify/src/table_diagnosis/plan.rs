@@ -2,7 +2,7 @@
 
 use fingerpad_diagnose::{NextExperiment, PlannedRun, minutes};
 
-use super::effects::{Effect, Parameter, Values};
+use super::effects::{EFFECTS, Effect, Parameter, Values};
 use super::fit::Task;
 use super::reading::{place_of, read};
 use super::search::Candidate;
@@ -76,11 +76,10 @@ pub fn next_experiment(task: &Task, contenders: &[&Candidate]) -> Option<NextExp
 
 /// The experiment in sentences, one for each effect in question.
 pub fn experiments(contenders: &[&Candidate]) -> Vec<String> {
-    let mut effects: Vec<&Effect> = contenders.iter().flat_map(|c| c.fitted.effects.iter().copied()).collect();
-    effects.sort_by_key(|e| super::effects::EFFECTS.iter().position(|known| known == *e));
-    effects.dedup();
-    let mut out: Vec<String> = effects.iter().map(|e| format!("For {}: {}.", e.name, e.experiment)).collect();
-    if effects.is_empty() {
+    let in_question = |e: &&Effect| contenders.iter().any(|c| c.fitted.effects.contains(e));
+    let sentence = |e: &Effect| format!("For {}: {}.", e.name, e.experiment);
+    let mut out: Vec<String> = EFFECTS.iter().filter(in_question).map(sentence).collect();
+    if out.is_empty() {
         out.push(
             "A table with the spread of every cell, and each depth approached three times, would show smaller effects."
                 .into(),

@@ -9,7 +9,7 @@ use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
 
 use super::effects::{EFFECTS, effect_named};
 use super::fit::Task;
-use super::search::{Answer, Search};
+use super::search::{search, weigh};
 use super::{Elastic, ElasticPlace, MeasuredTable, Parameter, Values, place_of, read};
 use crate::LawPoint;
 use crate::table_csv::{Cell, PartialRow};
@@ -88,20 +88,21 @@ fn judged(truth: Truth, noise: f64, spread: bool, depths_mm: &[f64], seed: u64) 
         .with(Parameter::LN_STIFFNESS, 0.2 * random.normal())
         .with(Parameter::DEPTH_OFFSET, 0.04 * random.normal());
     for (_, parameter, size) in truth {
-        let sign = if parameter.bounds()[0] == 0.0 || random.uniform() < 0.5 { 1.0 } else { -1.0 };
+        let sign = if parameter.known().bounds[0] == 0.0 || random.uniform() < 0.5 { 1.0 } else { -1.0 };
         values = values.clone().with(*parameter, values[*parameter] + sign * size);
     }
     let table = planted(&values, depths_mm, noise, spread, &mut random);
     let task = Task::all(&table, &pad, none.clone(), none);
-    let candidates = Search { task, effects: EFFECTS.iter().collect() }.run(&mut |_| Ok(None)).unwrap();
-    let answer = Answer::of(&table, &candidates);
+    let all: Vec<_> = EFFECTS.iter().collect();
+    let candidates = search(&task, &all, &mut |_| Ok(None)).unwrap();
+    let (verdict, contenders) = weigh(&table, &candidates);
     let effects: Vec<_> = truth.iter().map(|t| effect_named(t.0)).collect();
     let found = |k: &usize| &candidates[*k].fitted.effects;
-    if answer.verdict == Verdict::Named {
-        let named = found(&answer.contenders[0]);
+    if verdict == Verdict::Named {
+        let named = found(&contenders[0]);
         assert_eq!(*named, effects, "seed {seed}, noise {noise}");
     }
-    (answer.verdict, answer.contenders.iter().any(|k| effects.iter().all(|e| found(k).contains(e))))
+    (verdict, contenders.iter().any(|k| effects.iter().all(|e| found(k).contains(e))))
 }
 
 #[test]

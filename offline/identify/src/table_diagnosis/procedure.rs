@@ -5,18 +5,17 @@
 use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::Clearance;
 
-use super::TableError;
 use super::corrected::CorrectedFinger;
-use super::effects::{EFFECTS, Effect, GEOMETRY, Parameter, Values, effect_named};
+use super::effects::{EFFECTS, Effect, Parameter, Values, effect_named};
 use super::finite_elements::FiniteElements;
 use super::fit::Task;
 use super::measured::MeasuredTable;
 use super::reading::Surface;
 use super::report::{Before, Results};
-use super::search::{Answer, Search};
+use super::search::{search, weigh};
 use super::section::{FiniteElementsUsed, TableReport};
 use super::surface::FittedSurface;
-use crate::{Evaluator, FeModel, Hooks, LawPoint, Settings, StateCache};
+use crate::{Evaluator, FeModel, Hooks, IdentifyError, LawPoint, Settings, StateCache};
 
 /// Deepest place as a share of the clearance under the bone.
 const ROOM: f64 = 0.8;
@@ -51,11 +50,11 @@ pub struct Finding {
 /// Diagnoses a table. Finished slides are stored in `cache` and read from there.
 ///
 /// # Errors
-/// [`TableError`]; [`TableError::Fe`] with `Interrupted` if the caller requested the end.
-pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Finding, TableError> {
+/// [`IdentifyError`]; `Interrupted` if the caller requested the end.
+pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Finding, IdentifyError> {
     let (config, table) = (input.config, &input.table);
     if config.volume.is_some() || config.imported.is_some() {
-        return Err(TableError::Geometry(
+        return Err(IdentifyError::Table(
             "the table is compared with a parametric finger (--shape): of a volume or a mesh neither size nor bone \
              clearance can be varied"
                 .into(),
@@ -70,12 +69,16 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
         evaluator: &evaluator,
         fe_model: FeModel::new(&evaluator, &shape, &problem),
         deepest_mm: ROOM * Clearance::of(&finger).depth_mm,
-        base: config.friction,
-        shape,
         expected: 0,
         requested: 0,
     };
-    check_depths(table, fe.deepest_mm)?;
+    if let Some(deepest) = table.depths_mm.last().filter(|deepest| !(**deepest < fe.deepest_mm)) {
+        return Err(IdentifyError::Table(format!(
+            "depth_mm {deepest} is too near to the bone (at most {:.2} mm on this finger); are columns or units mixed up, or is \
+             the finger another (--shape)?",
+            fe.deepest_mm
+        )));
+    }
     let law = LawPoint::of(&config.friction);
     let fitted = fe.surface(&law, &table.depths_mm)?;
     let surface = |place: &_| fitted.at(place);
@@ -83,15 +86,15 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
     let calibrated = calibrate(table, &surface, &published)?;
     let task = Task::all(table, &surface, calibrated.clone(), published.clone());
     let untested = untestable(table, &fitted);
-    let testable = EFFECTS.iter().filter(|effect| untested.iter().all(|(no, _)| no != effect));
-    let search = Search { task: task.clone(), effects: testable.collect() };
+    let testable: Vec<_> = EFFECTS.iter().filter(|effect| untested.iter().all(|(no, _)| no != effect)).collect();
     // Three rounds for each single effect, and as many for the best pairs.
-    fe.expected = fe.requested + 3 * (search.effects.len() + 8) * table.depths_mm.len();
-    let candidates = search.run(&mut |values| fe.at_values(&table.depths_mm, values))?;
-    let mut before = |values: Values| -> Result<Before, TableError> {
+    fe.expected = fe.requested + 3 * (testable.len() + 8) * table.depths_mm.len();
+    let candidates = search(&task, &testable, &mut |values| fe.at_values(&table.depths_mm, values))?;
+    let mut before = |values: Values| -> Result<Before, IdentifyError> {
         let exact = fe.at_values(&table.depths_mm, &values)?;
         let task = exact.map_or_else(|| task.clone(), |exact| task.shifted(&values, &exact));
-        Ok(Before { readings: task.predict(&values), values })
+        let readings = task.predict(&values);
+        Ok((values, readings))
     };
     let (published, calibrated) = (before(published)?, before(calibrated)?);
     let used = FiniteElementsUsed {
@@ -101,25 +104,16 @@ pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Findi
         computed: evaluator.computed(),
         regression_percent: fitted.rms.map(|r| 100.0 * r),
     };
-    let answer = Answer::of(table, &candidates);
-    Ok(Results { input, task: &task, candidates, answer, published, calibrated, untested }.finding(used)?)
-}
-
-fn check_depths(table: &MeasuredTable, deepest_mm: f64) -> Result<(), TableError> {
-    match table.depths_mm.last() {
-        Some(&deepest) if !(deepest < deepest_mm) => Err(TableError::TooLittle(format!(
-            "depth_mm {deepest} is too near to the bone (at most {deepest_mm:.2} mm on this finger); are columns or \
-             units mixed up, or is the finger another (--shape)?"
-        ))),
-        _ => Ok(()),
-    }
+    let (verdict, contenders) = weigh(table, &candidates);
+    let results = Results { input, task: &task, candidates, verdict, contenders, published, calibrated, untested };
+    Ok(results.finding(used, &shape))
 }
 
 /// Effects that the table or the finger does not allow to test, and why.
 fn untestable(table: &MeasuredTable, surface: &FittedSurface) -> Vec<(&'static Effect, String)> {
     let rigid = "the finger's geometry has no bone clearance that can be varied";
     let reason = |effect: &'static Effect| match effect.name {
-        GEOMETRY if !surface.has_bone_terms() => Some((effect, rigid.to_owned())),
+        "geometry" if !surface.has_bone_terms() => Some((effect, rigid.to_owned())),
         _ => Some((effect, effect.lacks(|quantity| table.has(quantity))?)),
     };
     EFFECTS.iter().filter_map(reason).collect()
@@ -127,7 +121,7 @@ fn untestable(table: &MeasuredTable, surface: &FittedSurface) -> Vec<(&'static E
 
 /// Stiffness and touch point from normal force and area, under the power law through the table's mean stresses: as
 /// `identify` calibrates. If the table has neither, the finger is unchanged.
-fn calibrate(table: &MeasuredTable, surface: &Surface, published: &Values) -> Result<Values, TableError> {
+fn calibrate(table: &MeasuredTable, surface: &Surface, published: &Values) -> Result<Values, IdentifyError> {
     let start = table.mean_field().map_or_else(
         || published.clone(),
         |law| {

@@ -81,22 +81,6 @@ pub fn corrected(values: &Values, [normal_n, area_mm2, coefficient]: [f64; 3]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fingerpad_fe::contact::FrictionLaw;
-
-    /// A finger of stiffness s is one of stiffness 1 under s times smaller pressures.
-    #[test]
-    fn the_law_of_the_unscaled_finger_is_the_same_law() {
-        let law = LawPoint { tau_ref_kpa: 7.0, beta: 0.4, tau0_share: 0.3 };
-        let base = RubberFriction::default();
-        for s in [0.6f64, 1.0, 1.7] {
-            let values = Values::without_effects(1, &law).with(Parameter::LN_STIFFNESS, s.ln());
-            let (scaled, own) = (law.friction(&base), place_of(&values, 1.0, 0).0.law.friction(&base));
-            for p in [0.003, 0.006, 0.012] {
-                let (a, b) = (scaled.strength(s * p).0, s * own.strength(p).0);
-                assert!((a / b - 1.0).abs() < 1e-10, "{s} {p}: {a} {b}");
-            }
-        }
-    }
 
     /// The correction inverts the effects of the instruments.
     #[test]

@@ -2,61 +2,54 @@
 //!
 //! Main type: [`Results`]. Computes only differences and root mean squares of its inputs.
 
-use fingerpad_diagnose::{CandidateLaw, Diagnosis, EffectFound, INDISTINGUISHABLE, LawTest, Verdict, reduced_report};
+use fingerpad_diagnose::{
+    CandidateLaw, Diagnosis, EffectFound, FittedParameter, INDISTINGUISHABLE, LawTest, Verdict, reduced_report,
+};
+use fingerpad_fe::mesh::FingertipShape;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::corrected::CorrectedFinger;
-use super::effects::{EFFECTS, EXPONENT, Effect, Parameter, Values};
+use super::effects::{EFFECTS, Effect, Parameter, Values};
 use super::fit::{Fitted, Task, rms_percent};
 use super::measured::{Measured, MeasuredTable, QUANTITIES};
 use super::plan::{experiments, next_experiment};
 use super::procedure::{Finding, Input};
 use super::reading::corrected;
-use super::search::{Answer, Candidate};
+use super::search::Candidate;
 use super::section::{CellGap, FiniteElementsUsed, Step, TableReport, TableSection};
 
-/// A model before any effect is added, with its readings.
-pub struct Before {
-    /// Its values.
-    pub values: Values,
-    /// Its readings per slot.
-    pub readings: Vec<[f64; 3]>,
-}
+/// Values of a model before any effect is added, and its readings per slot.
+pub type Before = (Values, Vec<[f64; 3]>);
 
 /// What the report is made of.
 pub struct Results<'a> {
-    /// Table and finger.
     pub input: &'a Input<'a>,
     /// The table on the regression.
     pub task: &'a Task<'a>,
     /// All candidates, the one without effects first.
     pub candidates: Vec<Candidate>,
-    /// The verdict on them.
-    pub answer: Answer,
+    pub verdict: Verdict,
+    /// Indices of those that contend, the best one first.
+    pub contenders: Vec<usize>,
     /// The finger as given.
     pub published: Before,
-    /// The finger calibrated.
     pub calibrated: Before,
     /// Effects that could not be tested, and why.
     pub untested: Vec<(&'static Effect, String)>,
 }
 
 impl Results<'_> {
-    /// Report, sentences, corrected finger and tables.
-    ///
-    /// # Errors
-    /// Those of the configuration's shape.
-    pub fn finding(mut self, used: FiniteElementsUsed) -> Result<Finding, fingerpad_fe::experiment::ConfigError> {
+    /// Report, sentences, corrected finger (of shape `shape`) and tables.
+    pub fn finding(mut self, used: FiniteElementsUsed, shape: &FingertipShape) -> Finding {
         self.compare();
         let config = self.input.config;
-        let contenders: Vec<&Candidate> = self.answer.contenders.iter().map(|k| &self.candidates[*k]).collect();
-        let best = &self.best().values;
-        let [given, after] = [&self.published.values, best].map(|values| values.law().friction(&config.friction));
+        let (contenders, best) = (self.contenders(), &self.best().values);
+        let [given, after] = [&self.published.0, best].map(|values| values.law().friction(&config.friction));
         let section = TableSection {
             finite_elements: used,
             published: given,
-            calibrated_stiffness: self.calibrated.values[Parameter::LN_STIFFNESS].exp(),
-            calibrated_depth_offset_mm: self.calibrated.values[Parameter::DEPTH_OFFSET],
+            calibrated_stiffness: self.calibrated.0[Parameter::LN_STIFFNESS].exp(),
+            calibrated_depth_offset_mm: self.calibrated.0[Parameter::DEPTH_OFFSET],
             corrected: after,
             corrected_stiffness: best[Parameter::LN_STIFFNESS].exp(),
             corrected_depth_offset_mm: best[Parameter::DEPTH_OFFSET],
@@ -70,21 +63,25 @@ impl Results<'_> {
             decides: experiments(&contenders),
         };
         let mut diagnosis = self.diagnosis();
-        if self.answer.verdict == Verdict::Ambiguous {
+        if self.verdict == Verdict::Ambiguous {
             diagnosis.next_experiment = next_experiment(self.task, &contenders);
         }
-        diagnosis.title = title(self.answer.verdict, &section);
-        Ok(Finding {
+        diagnosis.title = title(self.verdict, &section, self.best().rms_percent);
+        Finding {
             sentences: self.sentences(&section),
-            corrected: CorrectedFinger::new(config, &config.fingertip_shape()?, best, &self.input.table.depths_mm),
+            corrected: CorrectedFinger::new(config, shape, best, &self.input.table.depths_mm),
             corrected_csv: corrected_csv(&section.cells),
             side_by_side_csv: side_by_side_csv(&section.cells),
             report: TableReport { diagnosis, table: section },
-        })
+        }
+    }
+
+    fn contenders(&self) -> Vec<&Candidate> {
+        self.contenders.iter().map(|k| &self.candidates[*k]).collect()
     }
 
     fn best(&self) -> &Fitted {
-        &self.candidates[self.answer.contenders[0]].fitted
+        &self.contenders()[0].fitted
     }
 
     /// Completes the candidates by their comparison with each other.
@@ -103,14 +100,14 @@ impl Results<'_> {
     fn cells(&self) -> Vec<CellGap> {
         let (table, best) = (&self.input.table, self.best());
         let cell = |m: &Measured| {
-            let models = [&self.published.readings, &self.calibrated.readings, &best.readings];
+            let models = [&self.published.1, &self.calibrated.1, &best.readings];
             let [as_given, calibrated, corrected] = models.map(|readings| readings[m.slot][m.quantity]);
             let percent = |model: f64| 100.0 * (model / m.value - 1.0);
             CellGap {
                 row: m.row + 1,
                 depth_mm: table.depths_mm[m.slot],
                 corrected_depth_mm: best.values.depth_mm(table.depths_mm[m.slot], m.slot),
-                quantity: QUANTITIES[m.quantity].into(),
+                quantity: QUANTITIES[m.quantity],
                 measured: m.value,
                 relative_sd: m.relative_sd,
                 as_given,
@@ -122,7 +119,7 @@ impl Results<'_> {
                 measured_corrected: self.without_instruments(m),
             }
         };
-        table.numbers().iter().map(cell).collect()
+        table.numbers.iter().map(cell).collect()
     }
 
     /// A measured number without the effects of the instruments; what its row lacks is taken from the model.
@@ -134,30 +131,28 @@ impl Results<'_> {
 
     /// The gap from the finger as given to the corrected model.
     fn steps(&self) -> Vec<Step> {
-        let gap = |before: &Before| rms_percent(&self.input.table.numbers(), &before.readings);
-        let step =
-            |name: &str, words: String, freedoms, rms_percent| Step { name: name.into(), words, freedoms, rms_percent };
-        let of = |name: &str, words: String, fit: &Fitted| step(name, words, fit.freedoms, fit.rms_percent);
+        let gap = |(_, readings): &Before| rms_percent(&self.input.table.numbers, readings);
+        let fit = |name, words: &str, fit: &Fitted| (name, words.to_owned(), fit.freedoms, fit.rms_percent);
         let calibrated = "published constants, stiffness and touch point calibrated on normal force and area";
-        let constants = "stiffness, touch point and strength refitted to all numbers";
         let mut out = vec![
-            step("as_given", "published constants, finger as given".into(), 0, gap(&self.published)),
-            step("calibrated", calibrated.into(), 2, gap(&self.calibrated)),
-            of("constants", constants.into(), &self.candidates[0].fitted),
+            ("as_given", "published constants, finger as given".to_owned(), 0, gap(&self.published)),
+            ("calibrated", calibrated.to_owned(), 2, gap(&self.calibrated)),
+            fit("constants", "stiffness, touch point and strength refitted to all numbers", &self.candidates[0].fitted),
         ];
-        let four = self.candidates.iter().find(|c| c.name == EXPONENT);
-        out.extend(four.map(|c| of("four_constants", "the exponent as well".into(), &c.fitted)));
-        if self.answer.contenders[0] != 0 {
-            let best = &self.candidates[self.answer.contenders[0]];
-            out.push(of("corrected", format!("{} beside the three constants", in_words(&best.name)), &best.fitted));
+        let four = self.candidates.iter().find(|c| c.name == "exponent");
+        out.extend(four.map(|c| fit("four_constants", "the exponent as well", &c.fitted)));
+        let best = self.contenders()[0];
+        if !best.fitted.effects.is_empty() {
+            out.push(fit("corrected", &format!("{} beside the three constants", in_words(&best.name)), &best.fitted));
         }
-        out
+        let step = |(name, words, freedoms, rms_percent)| Step { name, words, freedoms, rms_percent };
+        out.into_iter().map(step).collect()
     }
 
     /// The fields that every diagnosis has.
     fn diagnosis(&self) -> Diagnosis {
-        let (table, best, verdict) = (&self.input.table, self.best(), self.answer.verdict);
-        let numbers = table.numbers();
+        let (table, best, verdict) = (&self.input.table, self.best(), self.verdict);
+        let numbers = &table.numbers;
         // Of normal force and friction, N; friction is the coefficient at the modelled load.
         let rms_n = |readings: &[[f64; 3]], of: &dyn Fn(&Measured) -> f64| {
             let [normal, friction] = [0, 2].map(|quantity| {
@@ -169,7 +164,7 @@ impl Results<'_> {
             [normal, friction, 0.0]
         };
         let gap_n = |readings: &[[f64; 3]]| rms_n(readings, &|m| readings[m.slot][m.quantity] - m.value);
-        let before = gap_n(&self.calibrated.readings);
+        let before = gap_n(&self.calibrated.1);
         let mut report = reduced_report(
             verdict,
             "finite elements with the published constants, finger calibrated",
@@ -182,7 +177,7 @@ impl Results<'_> {
         report.noise.source = if table.has_spread() { "repeats" } else { "assumed" }.into();
         report.baseline.rescale.stiffness = best.values[Parameter::LN_STIFFNESS].exp();
         let ln_strength = |values: &Values| values[Parameter::LN_STRENGTH];
-        report.baseline.rescale.strength = (ln_strength(&best.values) - ln_strength(&self.published.values)).exp();
+        report.baseline.rescale.strength = (ln_strength(&best.values) - ln_strength(&self.published.0)).exp();
         report.tests = EFFECTS.iter().map(|effect| self.test(effect)).collect();
         if verdict.is_claim() {
             report.effects = best.effects.iter().map(|effect| self.effect(effect)).collect();
@@ -216,8 +211,7 @@ impl Results<'_> {
     fn effect(&self, effect: &Effect) -> EffectFound {
         let (best, none) = (self.best(), &self.candidates[0].fitted);
         let gain = none.cost - best.cost;
-        let candidate = |k: &usize| {
-            let Candidate { name, delta_2le, .. } = &self.candidates[*k];
+        let candidate = |Candidate { name, delta_2le, .. }: &Candidate| {
             let (law, family) = (name.clone(), name.clone());
             CandidateLaw { law, family, delta_2ll: *delta_2le, lambda_rival: delta_2le.abs() }
         };
@@ -227,7 +221,6 @@ impl Results<'_> {
         EffectFound {
             law: effect.name.into(),
             family: effect.name.into(),
-            formula: String::new(),
             parameters: best.parameters.iter().filter(|p| own.contains(&p.name)).cloned().collect(),
             size_p90_relative: changes.fold(0.0, f64::max),
             gain_2ll: gain,
@@ -235,31 +228,27 @@ impl Results<'_> {
             p_model: p_of(gain),
             p_runs: 1.0,
             against_calibration: true,
-            outside_calibration: false,
-            own: None,
             lambda_detect: gain,
-            candidates: self.answer.contenders.iter().map(candidate).collect(),
+            candidates: self.contenders().into_iter().map(candidate).collect(),
+            ..EffectFound::default()
         }
     }
 
     /// Constants and effects that the table does not determine.
     fn undetermined(&self) -> Vec<String> {
         let table = &self.input.table;
-        let names: Vec<&str> = self.answer.contenders.iter().map(|k| self.candidates[*k].name.as_str()).collect();
+        let (numbers, depths) = (table.numbers.len(), table.depths_mm.len());
+        let fitted = self.best().freedoms;
         let mut out = vec![format!(
-            "{} numbers at {} depths against {} fitted ones: they allow an explanation, no proof.",
-            table.numbers().len(),
-            table.depths_mm.len(),
-            self.best().freedoms
+            "{numbers} numbers at {depths} depths against {fitted} fitted ones: they allow an explanation, no proof."
         )];
-        if let [best, rivals @ ..] = &names[..]
-            && !rivals.is_empty()
-        {
-            out.push(format!("{best} cannot be distinguished from {}.", rivals.join(", ")));
+        let names: Vec<&str> = self.contenders().iter().map(|c| c.name.as_str()).collect();
+        if names.len() > 1 {
+            out.push(format!("{} cannot be distinguished from {}.", names[0], names[1..].join(", ")));
         }
         if !table.has_spread() {
-            let assumed = "5 % is assumed there, and its error is fitted too";
-            out.push(format!("Not every cell has its own spread (columns ..._sd): {assumed}."));
+            let assumed = "columns ..._sd): 5 % is assumed there, and its error is fitted too";
+            out.push(format!("Not every cell has its own spread ({assumed}."));
         }
         out.extend(self.untested.iter().map(|(effect, reason)| format!("{} was not tested: {reason}.", effect.name)));
         out.push(
@@ -274,20 +263,18 @@ impl Results<'_> {
         let step = |s: &Step| format!("{:.1} % with {} ({} fitted)", s.rms_percent, s.words, s.freedoms);
         let steps: Vec<String> = section.steps.iter().map(step).collect();
         let mut out = vec![format!("Root mean square gap of all numbers: {}.", steps.join("; "))];
-        for candidate in self.answer.contenders.iter().map(|k| &self.candidates[*k]).filter(|c| c.name != "constants") {
-            let value = |p: &fingerpad_diagnose::FittedParameter| {
-                format!("{} {:.4} {} ({:.4} to {:.4})", p.name, p.value, p.unit, p.ci95[0], p.ci95[1])
+        for candidate in self.contenders().iter().filter(|c| !c.fitted.effects.is_empty()) {
+            let value = |FittedParameter { name, value, unit, ci95: [low, high] }: &FittedParameter| {
+                format!("{name} {value:.4} {unit} ({low:.4} to {high:.4})")
             };
             let found: Vec<String> = candidate.fitted.parameters.iter().map(value).collect();
             out.push(format!("{}: {}.", candidate.name, found.join("; ")));
         }
-        let (law, stiffness, offset_mm) =
-            (section.corrected, section.corrected_stiffness, section.corrected_depth_offset_mm);
+        let TableSection { corrected: law, corrected_stiffness, corrected_depth_offset_mm: offset_mm, .. } = section;
+        let (lambda, beta, tau0_kpa) = (law.lambda, law.beta, 1e3 * law.tau0_mpa);
         out.push(format!(
-            "lambda {:.4}, beta {:.3}, tau_0 {:.2} kPa, stiffness factor {stiffness:.3}, depth offset {offset_mm:+.3} mm.",
-            law.lambda,
-            law.beta,
-            1e3 * law.tau0_mpa,
+            "lambda {lambda:.4}, beta {beta:.3}, tau_0 {tau0_kpa:.2} kPa, stiffness factor {corrected_stiffness:.3}, depth offset \
+             {offset_mm:+.3} mm."
         ));
         out.extend(section.cannot_tell.iter().chain(&section.decides).cloned());
         out
@@ -303,8 +290,8 @@ fn in_words(name: &str) -> String {
     name.replace('_', " ").replace('+', " and ")
 }
 
-/// The verdict in words, with the gap before and after in per cent.
-fn title(verdict: Verdict, section: &TableSection) -> String {
+/// The verdict in words, with the gap before and `after`, %.
+fn title(verdict: Verdict, section: &TableSection, after: f64) -> String {
     let names: Vec<String> = section.contenders.iter().take(2).map(|name| in_words(name)).collect();
     let more = if section.contenders.len() > 2 { " or another" } else { "" };
     let finding = match verdict {
@@ -313,9 +300,8 @@ fn title(verdict: Verdict, section: &TableSection) -> String {
         Verdict::Ambiguous => format!("Missing: {}{more}, and this table cannot tell which", names.join(" or ")),
         Verdict::UnexplainedStructure => "Unexplained: no candidate brings the gap down to the errors".into(),
     };
-    let gap = |name: &str| section.steps.iter().find(|s| s.name == name).map(|s| s.rms_percent);
-    let after = gap("corrected").or(gap("constants")).unwrap_or(f64::NAN);
-    format!("{finding}. The gap falls from {:.1} to {after:.1} %.", section.steps[0].rms_percent)
+    let given = section.steps[0].rms_percent;
+    format!("{finding}. The gap falls from {given:.1} to {after:.1} %.")
 }
 
 /// The corrected table, for `identify` and `build`.
@@ -336,10 +322,9 @@ fn corrected_csv(cells: &[CellGap]) -> String {
 
 /// Measured and modelled numbers side by side.
 fn side_by_side_csv(cells: &[CellGap]) -> String {
-    let mut out =
-        "depth_mm,quantity,measured,published,published_gap_percent,calibrated,calibrated_gap_percent,corrected,\
-                   corrected_gap_percent,measured_corrected\n"
-            .to_owned();
+    let names =
+        "measured,published,published_gap_percent,calibrated,calibrated_gap_percent,corrected,corrected_gap_percent";
+    let mut out = format!("depth_mm,quantity,{names},measured_corrected\n");
     for c in cells {
         let before = [c.measured, c.as_given, c.as_given_percent, c.calibrated, c.calibrated_percent];
         let after = [c.corrected, c.corrected_percent, c.measured_corrected];

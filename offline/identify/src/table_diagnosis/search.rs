@@ -1,15 +1,15 @@
 //! Every candidate alone and in pairs, checked by the finite elements, each depth left out in turn; and the verdict.
 //!
-//! Main types: [`Search`], [`Candidate`], [`Answer`].
+//! Main type: [`Candidate`]; main functions: [`search`], [`weigh`].
 
 use fingerpad_diagnose::{INDISTINGUISHABLE, STRUCTURE_P, Verdict};
 use serde::Serialize;
 
-use super::TableError;
-use super::effects::{DEPTH_ERRORS, Effect, Values};
+use super::effects::{Effect, Values};
 use super::fit::{Fitted, Task, rms_percent};
 use super::measured::MeasuredTable;
 use super::reading::Elastic;
+use crate::IdentifyError;
 
 /// Rounds in which a fit and the finite elements at its end settle.
 const CHECK_ROUNDS: usize = 3;
@@ -56,56 +56,38 @@ impl Candidate {
 }
 
 /// The finite elements at the values of a fit; none if a slide is not found. Tests have surfaces only.
-pub type Check<'c> = dyn FnMut(&Values) -> Result<Option<Vec<Elastic>>, TableError> + 'c;
+pub type Check<'c> = dyn FnMut(&Values) -> Result<Option<Vec<Elastic>>, IdentifyError> + 'c;
 
-/// Inputs of the search.
-pub struct Search<'a> {
-    /// Table, surface, start, prior.
-    pub task: Task<'a>,
-    /// Effects that can be tested.
-    pub effects: Vec<&'static Effect>,
+/// The finger's constants alone, then every effect, then every pair, in the order of the effects.
+///
+/// * `effects`: those that can be tested
+pub fn search(task: &Task, effects: &[&'static Effect], check: &mut Check) -> Result<Vec<Candidate>, IdentifyError> {
+    let mut models = vec![vec![]];
+    models.extend(effects.iter().map(|e| vec![*e]));
+    models.extend((0..effects.len()).flat_map(|i| effects[i + 1..].iter().map(move |b| vec![effects[i], *b])));
+    let mut out: Vec<Candidate> = models.iter().map(|model| task.candidate(model, false)).collect::<Result<_, _>>()?;
+    for k in to_check(&out) {
+        out[k] = checked(task.clone(), &models[k], check)?;
+    }
+    Ok(out)
 }
 
-impl Search<'_> {
-    /// The finger's constants alone, then every effect, then every pair, in the order of the effects.
-    ///
-    /// # Errors
-    /// [`TableError`].
-    pub fn run(&self, check: &mut Check) -> Result<Vec<Candidate>, TableError> {
-        let mut models = vec![vec![]];
-        models.extend(self.effects.iter().map(|e| vec![*e]));
-        for (i, a) in self.effects.iter().enumerate() {
-            models.extend(self.effects[i + 1..].iter().map(|b| vec![*a, *b]));
+/// A candidate whose fit and the finite elements at its end agree.
+fn checked(mut task: Task, effects: &[&'static Effect], check: &mut Check) -> Result<Candidate, IdentifyError> {
+    let mut settled = false;
+    for _ in 0..CHECK_ROUNDS {
+        let fitted = task.fit(effects)?;
+        let Some(exact) = check(&fitted.values)? else { break };
+        let next = task.shifted(&fitted.values, &exact);
+        let before = |k: usize| task.shift.get(k).map_or([0.0; 3], |shift| shift.1);
+        let changes = next.shift.iter().enumerate().flat_map(|(k, (_, new))| [0, 1, 2].map(|q| new[q] - before(k)[q]));
+        let moved = changes.fold(0.0, |most: f64, change| most.max(change.abs()));
+        (task, settled) = (next, true);
+        if moved < SETTLED {
+            break;
         }
-        let mut out: Vec<Candidate> = Vec::new();
-        for effects in &models {
-            out.push(self.task.candidate(effects, false)?);
-        }
-        for k in to_check(&out) {
-            out[k] = self.checked(&models[k], check)?;
-        }
-        Ok(out)
     }
-
-    /// A candidate whose fit and the finite elements at its end agree.
-    fn checked(&self, effects: &[&'static Effect], check: &mut Check) -> Result<Candidate, TableError> {
-        let mut task = self.task.clone();
-        let mut settled = false;
-        for _ in 0..CHECK_ROUNDS {
-            let fitted = task.fit(effects)?;
-            let Some(exact) = check(&fitted.values)? else { break };
-            let next = task.shifted(&fitted.values, &exact);
-            let before = |k: usize| task.shift.get(k).map_or([0.0; 3], |shift| shift.1);
-            let changes =
-                next.shift.iter().enumerate().flat_map(|(k, (_, new))| [0, 1, 2].map(|q| new[q] - before(k)[q]));
-            let moved = changes.fold(0.0, |most: f64, change| most.max(change.abs()));
-            (task, settled) = (next, true);
-            if moved < SETTLED {
-                break;
-            }
-        }
-        task.candidate(effects, settled)
-    }
+    task.candidate(effects, settled)
 }
 
 /// Indices of the candidates that the finite elements check: all without a pair; the best pairs that hold no effect which
@@ -125,16 +107,16 @@ fn to_check(candidates: &[Candidate]) -> Vec<usize> {
     checked.sort_by(by_cost);
     checked.truncate(CHECKED_PAIRS);
     let named =
-        singles[1..].iter().filter(|k| !candidates[**k].names_a_constant() && !candidates[**k].has(DEPTH_ERRORS));
+        singles[1..].iter().filter(|k| !candidates[**k].names_a_constant() && !candidates[**k].has("depth_errors"));
     if let Some(best) = named.copied().min_by(by_cost) {
-        let beside = |k: &&usize| candidates[best].is_within(&candidates[**k]) && candidates[**k].has(DEPTH_ERRORS);
+        let beside = |k: &&usize| candidates[best].is_within(&candidates[**k]) && candidates[**k].has("depth_errors");
         checked.extend(pairs.iter().filter(beside));
     }
     [singles, checked].concat()
 }
 
 impl Task<'_> {
-    fn candidate(&self, effects: &[&'static Effect], by_finite_elements: bool) -> Result<Candidate, TableError> {
+    fn candidate(&self, effects: &[&'static Effect], by_finite_elements: bool) -> Result<Candidate, IdentifyError> {
         let fitted = self.fit(effects)?;
         let alone_rms_percent = match effects {
             [] => rms_percent(&self.numbers, &self.predict(&self.start)),
@@ -153,7 +135,7 @@ impl Task<'_> {
     }
 
     /// Fits without each depth in turn and predicts it.
-    fn leave_out(&self, fitted: &Fitted) -> Result<Option<f64>, TableError> {
+    fn leave_out(&self, fitted: &Fitted) -> Result<Option<f64>, IdentifyError> {
         let mut sum = 0.0;
         for slot in 0..self.table.depths_mm.len() {
             let part = self.without(slot);
@@ -175,33 +157,22 @@ const GAIN: f64 = 8.0;
 /// Factor on assumed errors beyond which nothing explains the table: cells off by 12 %.
 const ASSUMED_NOISE: f64 = 2.4;
 
-/// The verdict on the candidates.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
-    /// The verdict.
-    pub verdict: Verdict,
-    /// Indices of the candidates that the table cannot distinguish from the best one, which is the first; the constants alone
-    /// if no effect is claimed.
-    pub contenders: Vec<usize>,
-}
-
-impl Answer {
-    /// Weighs the candidates, of which the first is the one without effects.
-    pub fn of(table: &MeasuredTable, candidates: &[Candidate]) -> Self {
-        let cost = |k: usize| candidates[k].fitted.cost;
-        let judged = || (0..candidates.len()).filter(|k| !candidates[*k].names_a_constant());
-        let top = judged().map(cost).fold(f64::INFINITY, f64::min);
-        let near: Vec<usize> = judged().filter(|k| cost(*k) < top + INDISTINGUISHABLE).collect();
-        // Of two explanations one of which holds the other, the smaller one suffices.
-        let needless = |k: &usize| near.iter().any(|other| candidates[*other].is_within(&candidates[*k]));
-        let mut contenders: Vec<usize> = near.iter().copied().filter(|k| !needless(k)).collect();
-        // The fewest effects first.
-        let effects = |k: usize| candidates[k].fitted.effects.len();
-        contenders.sort_by(|a, b| effects(*a).cmp(&effects(*b)).then(cost(*a).total_cmp(&cost(*b))));
-        let best = &candidates[contenders[0]].fitted;
-        let left = if table.has_spread() { best.p_misfit < STRUCTURE_P } else { best.noise > ASSUMED_NOISE };
-        let claimed = !best.effects.is_empty() && cost(0) - top >= GAIN;
-        let verdict = Verdict::of(left, claimed, contenders.len() > 1 || cost(0) - best.cost < GAIN);
-        Self { verdict, contenders: if verdict == Verdict::None { vec![0] } else { contenders } }
-    }
+/// The verdict on the candidates, of which the first is the one without effects; and the indices of those that the table
+/// cannot distinguish from the best one, which is the first. Where no effect is claimed that is the one without.
+pub fn weigh(table: &MeasuredTable, candidates: &[Candidate]) -> (Verdict, Vec<usize>) {
+    let cost = |k: usize| candidates[k].fitted.cost;
+    let judged = || (0..candidates.len()).filter(|k| !candidates[*k].names_a_constant());
+    let top = judged().map(cost).fold(f64::INFINITY, f64::min);
+    let near: Vec<usize> = judged().filter(|k| cost(*k) < top + INDISTINGUISHABLE).collect();
+    // Of two explanations one of which holds the other, the smaller one suffices.
+    let needless = |k: &usize| near.iter().any(|other| candidates[*other].is_within(&candidates[*k]));
+    let mut contenders: Vec<usize> = near.iter().copied().filter(|k| !needless(k)).collect();
+    // The fewest effects first.
+    let effects = |k: usize| candidates[k].fitted.effects.len();
+    contenders.sort_by(|a, b| effects(*a).cmp(&effects(*b)).then(cost(*a).total_cmp(&cost(*b))));
+    let best = &candidates[contenders[0]].fitted;
+    let left = if table.has_spread() { best.p_misfit < STRUCTURE_P } else { best.noise > ASSUMED_NOISE };
+    let claimed = !best.effects.is_empty() && cost(0) - top >= GAIN;
+    let verdict = Verdict::of(left, claimed, contenders.len() > 1 || cost(0) - best.cost < GAIN);
+    (verdict, if verdict == Verdict::None { vec![0] } else { contenders })
 }

@@ -70,7 +70,7 @@ pub struct FiniteElementsUsed {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
     /// `as_given`, `calibrated`, `constants`, `four_constants` or `corrected`.
-    pub name: String,
+    pub name: &'static str,
     /// The free parameters, in words.
     pub words: String,
     /// Numbers that were fitted.
@@ -89,7 +89,7 @@ pub struct CellGap {
     /// Depth that the corrected model takes, mm.
     pub corrected_depth_mm: f64,
     /// Column.
-    pub quantity: String,
+    pub quantity: &'static str,
     /// As measured.
     pub measured: f64,
     /// Standard deviation as a share of the value, as given or assumed.

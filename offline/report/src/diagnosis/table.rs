@@ -2,11 +2,12 @@
 //!
 //! Main function: [`render`].
 
-use fingerpad_identify::table_diagnosis::{Candidate, CellGap, Finding, QUANTITIES, TableSection};
+use fingerpad_diagnose::FittedParameter;
+use fingerpad_identify::table_diagnosis::{Candidate, CellGap, Finding, QUANTITIES, Step, TableSection};
 use maud::{Markup, html};
 
 use super::{figures, page};
-use crate::html::{cell, difference, heads, prose, table};
+use crate::html::listing;
 use crate::numbers::{fixed, signed, significant};
 use crate::traces::{Charts, Hue, Trace, TraceChart};
 use crate::{Picture, Rendered, ReportError};
@@ -27,17 +28,20 @@ pub fn render(finding: &Finding) -> Result<Rendered, ReportError> {
         "Each alone beside stiffness, touch point and strength. A long bar explains more than its priors cost.",
         |narrow| figures::Bars { report, narrow },
     );
-    let cells = Picture::wide_and_narrow(
+    let compared = Picture::wide_and_narrow(
         "table",
         "The table and the finite elements",
         "Circles: as measured, the bar its error. Published constants: with the finger as given, and calibrated; the corrected \
          model: what it reads.",
         |narrow| Charts { charts: &charts, columns: if narrow { 1 } else { charts.len() } },
     );
-    let figures = vec![evidence, cells];
+    let figures = vec![evidence, compared];
     let tables = html! {
         (crate::html::figures(2, &figures[1..]))
-        (steps(section)) (cell_table(section)) (candidates(section)) (basis(section))
+        h2 { "The gap, step by step" } (steps(section))
+        h2 { "Cell by cell" } (cells(section))
+        h2 { "Every candidate, alone and in pairs" } details { summary { "Table" } (candidates(section)) }
+        (basis(section))
     };
     let html = page::reduced(report, &finding.sentences[1..], &figures[..1], &tables);
     Ok(Rendered { html, json: serde_json::to_string_pretty(&finding.report)? + "\n", figures })
@@ -69,61 +73,58 @@ fn charts(section: &TableSection) -> Vec<TraceChart> {
 }
 
 fn steps(section: &TableSection) -> Markup {
-    let heads = html! { th.name { "free parameters" } (heads(&["numbers fitted", "gap, %"])) };
-    let rows = html! {
-        @for s in &section.steps {
-            tr { td { (prose(&s.words)) } (cell(s.freedoms)) (cell(fixed(s.rms_percent, 1))) }
-        }
-    };
-    html! { h2 { "The gap, step by step" } (table(heads, rows)) }
+    listing::<Step>(
+        &section.steps,
+        &[
+            ("free parameters:", |s| s.words.clone()),
+            ("numbers fitted", |s| s.freedoms.to_string()),
+            ("gap, %", |s| fixed(s.rms_percent, 1)),
+        ],
+    )
 }
 
-fn cell_table(section: &TableSection) -> Markup {
-    let heads = html! {
-        th { "depth" br; "mm" } th.name { "quantity" }
-        (heads(&["measured", "published", "gap, %", "calibrated", "gap, %", "corrected", "gap, %"]))
-        th.minor { "measured without" br; "the instruments' share" }
-    };
-    let rows = html! {
-        @for c in &section.cells {
-            @let number = |v: f64| cell(fixed(v, if c.quantity == QUANTITIES[1] { 1 } else { 3 }));
-            tr {
-                (cell(fixed(c.depth_mm, 2)))
-                td { (c.quantity.trim_end_matches("_n").trim_end_matches("_mm2").replace('_', " ")) }
-                (number(c.measured)) (number(c.as_given)) (difference(c.as_given_percent))
-                (number(c.calibrated)) (difference(c.calibrated_percent))
-                (number(c.corrected)) (difference(c.corrected_percent)) (number(c.measured_corrected))
-            }
-        }
-    };
-    html! { h2 { "Cell by cell" } (table(heads, rows)) }
+fn cells(section: &TableSection) -> Markup {
+    fn number(cell: &CellGap, value: f64) -> String {
+        fixed(value, if cell.quantity == QUANTITIES[1] { 1 } else { 3 })
+    }
+    listing::<CellGap>(
+        &section.cells,
+        &[
+            ("depth, mm", |c| fixed(c.depth_mm, 2)),
+            ("quantity:", |c| c.quantity.into()),
+            ("measured", |c| number(c, c.measured)),
+            ("published", |c| number(c, c.as_given)),
+            ("gap, %", |c| signed(c.as_given_percent, 1)),
+            ("calibrated", |c| number(c, c.calibrated)),
+            ("gap, %", |c| signed(c.calibrated_percent, 1)),
+            ("corrected", |c| number(c, c.corrected)),
+            ("gap, %", |c| signed(c.corrected_percent, 1)),
+            ("measured without the instruments' share", |c| number(c, c.measured_corrected)),
+        ],
+    )
 }
 
 fn candidates(section: &TableSection) -> Markup {
-    let mut list: Vec<&Candidate> = section.candidates.iter().collect();
-    let key = |c: &Candidate| (c.fitted.effects.len(), c.delta_2le);
-    list.sort_by(|a, b| key(a).partial_cmp(&key(b)).expect("evidence is a number"));
+    let mut list = section.candidates.clone();
+    list.sort_by(|a, b| a.fitted.effects.len().cmp(&b.fitted.effects.len()).then(a.delta_2le.total_cmp(&b.delta_2le)));
     let values = |c: &Candidate| {
-        let value = |p: &fingerpad_diagnose::FittedParameter| format!("{} {}", p.name, signed(p.value, 3));
+        let value = |p: &FittedParameter| format!("{} {}", p.name, signed(p.value, 3));
         c.fitted.parameters.iter().map(value).collect::<Vec<_>>().join(", ")
     };
-    let heads = html! {
-        th.name { "candidate" } th.name { "values" } th { "numbers" br; "fitted" } th { "gap left, %" } th { "alone, %" }
-        th { "depths left" br; "out, %" } th { "evidence" br; "behind best" } th { "explained as" br; "much by" }
-        th.name { "ends by" }
-    };
-    let rows = html! {
-        @for c in list {
-            tr {
-                td { (c.name.replace('+', " + ")) } td { (prose(&values(c))) } (cell(c.fitted.freedoms))
-                (cell(fixed(c.fitted.rms_percent, 1))) (cell(fixed(c.alone_rms_percent, 1)))
-                (cell(c.left_out_rms_percent.map_or_else(|| "–".into(), |v| fixed(v, 1))))
-                (cell(fixed(c.delta_2le, 1))) (cell(format!("{} others", c.explains_as_much.len())))
-                td { (if c.by_finite_elements { "finite elements" } else { "regression" }) }
-            }
-        }
-    };
-    html! { h2 { "Every candidate, alone and in pairs" } details { summary { "Table" } (table(heads, rows)) } }
+    listing::<Candidate>(
+        &list,
+        &[
+            ("candidate:", |c| c.name.replace('+', " + ")),
+            ("values:", values),
+            ("numbers fitted", |c| c.fitted.freedoms.to_string()),
+            ("gap left, %", |c| fixed(c.fitted.rms_percent, 1)),
+            ("alone, %", |c| fixed(c.alone_rms_percent, 1)),
+            ("depths left out, %", |c| c.left_out_rms_percent.map_or_else(|| "–".into(), |v| fixed(v, 1))),
+            ("evidence behind best", |c| fixed(c.delta_2le, 1)),
+            ("explained as much by", |c| format!("{} others", c.explains_as_much.len())),
+            ("ends by:", |c| if c.by_finite_elements { "finite elements" } else { "regression" }.into()),
+        ],
+    )
 }
 
 fn basis(section: &TableSection) -> Markup {
