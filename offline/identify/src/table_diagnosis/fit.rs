@@ -71,13 +71,6 @@ impl<'a> Task<'a> {
         Self { table, surface, shift: Vec::new(), numbers: table.numbers.clone(), start, prior }
     }
 
-    /// All numbers but those at one depth.
-    pub fn without(&self, slot: usize) -> Self {
-        let mut out = self.clone();
-        out.numbers.retain(|m| m.slot != slot);
-        out
-    }
-
     /// The task in which the response is that of the finite elements at these values.
     pub fn shifted(&self, values: &Values, exact: &[Elastic]) -> Self {
         let shift = |(slot, exact): (usize, &Elastic)| {
@@ -106,14 +99,10 @@ impl<'a> Task<'a> {
     }
 
     /// Free parameters of a fit: those of the effects, and the constants of the finger if these are free.
-    pub fn free(&self, effects: &[&'static Effect], with_constants: bool) -> Vec<Parameter> {
-        let mut free = if with_constants { CONSTANTS.to_vec() } else { Vec::new() };
-        for parameter in effects.iter().flat_map(|e| e.parameters(self.table.depths_mm.len())) {
-            if !free.contains(&parameter) {
-                free.push(parameter);
-            }
-        }
-        free
+    fn free(&self, effects: &[&'static Effect], with_constants: bool) -> Vec<Parameter> {
+        let constants = if with_constants { &CONSTANTS[..] } else { &[] };
+        let own = effects.iter().flat_map(|e| e.parameters(self.table.depths_mm.len()));
+        constants.iter().copied().chain(own.filter(|p| !constants.contains(p))).collect()
     }
 
     /// Fits effects beside the constants of the finger, from several starts.

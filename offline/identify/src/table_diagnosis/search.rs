@@ -138,7 +138,8 @@ impl Task<'_> {
     fn leave_out(&self, fitted: &Fitted) -> Result<Option<f64>, IdentifyError> {
         let mut sum = 0.0;
         for slot in 0..self.table.depths_mm.len() {
-            let part = self.without(slot);
+            let mut part = self.clone();
+            part.numbers.retain(|m| m.slot != slot);
             if part.numbers.len() < fitted.freedoms.min(4) {
                 return Ok(None);
             }

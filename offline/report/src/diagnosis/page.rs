@@ -127,7 +127,7 @@ pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture], m
 /// An effect: its formula, then with the fitted numbers, their intervals, and its evidence.
 fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
     html! {
-        h2 { (words::plain(&e.law)) " " span.meta { "(" (words::plain(&e.family)) ")" } }
+        h2 { (words::plain(&e.law)) @if e.family != e.law { " " span.meta { "(" (words::plain(&e.family)) ")" } } }
         @if !e.formula.is_empty() {
             p.formula { @if e.own.is_some() { "A law of your own: " } code { (e.formula) } }
             p.formula { "Fitted: " code { (words::fitted(e)) } }
@@ -139,8 +139,10 @@ fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
             " expected under this protocol); p = " (significant(e.p, 2)) " decides: " (significant(e.p_model, 2))
             " by the model over all laws and shapes"
             // Without runs there is nothing to be flipped.
-            @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
-            @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
+            @if !report.holdout.method.starts_with("none") {
+                ", " (fixed(e.p_runs, 3)) " by sign flips over runs"
+                @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
+            }
         }
     }
 }
