@@ -90,9 +90,10 @@ impl From<IdentifyError> for Failure {
     fn from(error: IdentifyError) -> Self {
         match error {
             IdentifyError::Interrupted => Self::Interrupted("finished states are kept".into()),
-            IdentifyError::Steady { .. } | IdentifyError::BesidePad { .. } | IdentifyError::Fit { .. } => {
-                Self::Numerics(error.into())
-            }
+            IdentifyError::Steady { .. }
+            | IdentifyError::BesidePad { .. }
+            | IdentifyError::TooFewSlides(_)
+            | IdentifyError::Fit { .. } => Self::Numerics(error.into()),
             other => Self::Input(other.into()),
         }
     }

@@ -66,9 +66,9 @@ pub use report::traces::ForceTrace;
 pub use schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, Confidence, Confirmed, CrossValidationError, Diagnosis,
     Disagreement, EffectFound, FACTORS, Factor, FactorPrice, FeConfirmation, FingerAlone, FingerLawFound, FingerSize,
-    FittedParameter, GroupDiagnosis, GroupVerdict, IMPLAUSIBLE, InputFile, InstrumentLag, LawTest, LeftOut,
-    NextExperiment, NoiseFound, NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale, ScatterRatio, Seen,
-    SharedLaw, SharedSize, Stability, UnexplainedFound, Verdict, Witness, minutes,
+    FittedParameter, GroupDiagnosis, GroupVerdict, IMPLAUSIBLE, INDISTINGUISHABLE, InputFile, InstrumentLag, LawTest,
+    LeftOut, NextExperiment, NoiseFound, NotSimulated, PlannedRun, Power, PowerCell, Rate, Region, Rescale,
+    STRUCTURE_P, ScatterRatio, Seen, SharedLaw, SharedSize, Stability, UnexplainedFound, Verdict, Witness, minutes,
 };
 pub use selection::acceptance::SelectionSettings;
 pub use statistics::calibration::{Calibration, calibrate};

@@ -43,6 +43,9 @@ pub enum IdentifyError {
         /// Depth of the skin behind the plane, mm.
         below_mm: f64,
     },
+    /// Too many of the slides around a table's depths were not found.
+    #[error("only {0} steady slides were found around the table's depths, too few for a regression")]
+    TooFewSlides(usize),
     /// A fit ended without a minimum.
     #[error("{what}: {problem} after {evaluations} evaluations, residual {residual:.3e}")]
     Fit {

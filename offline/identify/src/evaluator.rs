@@ -156,7 +156,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Hash of everything that a shape's states depend on besides depth, law and stiffness.
-    fn key(&self, shape: &FingertipShape) -> Key {
+    pub(crate) fn key(&self, shape: &FingertipShape) -> Key {
         let config = self.config;
         key_of(&(
             env!("CARGO_PKG_VERSION"),
@@ -177,6 +177,19 @@ impl<'a> Evaluator<'a> {
         shape: &FingertipShape,
         queries: &[(usize, Vec<Query>)],
     ) -> Result<Vec<Vec<Steady>>, IdentifyError> {
+        self.slides_on(shape, queries, Missing::Fails).map(all)
+    }
+
+    /// The same; none if there is no slide and `missing` leaves it out.
+    ///
+    /// # Errors
+    /// As of [`FeModel::slides`].
+    pub fn slides_on(
+        &self,
+        shape: &FingertipShape,
+        queries: &[(usize, Vec<Query>)],
+        missing: Missing,
+    ) -> Result<Vec<Vec<Option<Steady>>>, IdentifyError> {
         let key = self.key(shape);
         if let Some(known) = self.cached(&key, queries) {
             return Ok(known);
@@ -185,7 +198,7 @@ impl<'a> Evaluator<'a> {
         let finger = self.finger(shape, deepest_mm)?;
         let problem = self.config.problem(&finger);
         FeModel { evaluator: self, shape: shape.clone(), problem: &problem, key, sliders: BTreeMap::new(), from: None }
-            .steady(queries)
+            .slides(queries, missing)
     }
 
     /// Keeps a state that was computed.
@@ -195,8 +208,9 @@ impl<'a> Evaluator<'a> {
         Ok(steady)
     }
 
-    fn cached(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Steady>>> {
-        queries.iter().map(|(_, list)| list.iter().map(|q| self.cache.get(&key_of(&(finger, q)))).collect()).collect()
+    fn cached(&self, finger: &Key, queries: &[(usize, Vec<Query>)]) -> Option<Vec<Vec<Option<Steady>>>> {
+        let state = |q| self.cache.get(&key_of(&(finger, q))).map(Some);
+        queries.iter().map(|(_, list)| list.iter().map(state).collect()).collect()
     }
 }
 
@@ -242,11 +256,7 @@ impl<'a> FeModel<'a> {
     /// # Errors
     /// [`IdentifyError`] of the first slide that fails.
     pub fn steady(&mut self, queries: &[(usize, Vec<Query>)]) -> Result<Vec<Vec<Steady>>, IdentifyError> {
-        let states = self.slides(queries, Missing::Fails)?;
-        Ok(states
-            .into_iter()
-            .map(|list| list.into_iter().map(|s| s.expect("a failure is an error")).collect())
-            .collect())
+        self.slides(queries, Missing::Fails).map(all)
     }
 
     /// Steady slides as [`Self::steady`] gives them; none if there is no slide and `missing` leaves it out.
@@ -259,7 +269,7 @@ impl<'a> FeModel<'a> {
         missing: Missing,
     ) -> Result<Vec<Vec<Option<Steady>>>, IdentifyError> {
         if let Some(known) = self.evaluator.cached(&self.key, queries) {
-            return Ok(known.into_iter().map(|list| list.into_iter().map(Some).collect()).collect());
+            return Ok(known);
         }
         self.put_on_the_plane(queries)?;
         let (evaluator, key, leads) = (self.evaluator, self.key, self.from.is_none());
@@ -338,6 +348,12 @@ impl<'a> FeModel<'a> {
         }
         Ok(())
     }
+}
+
+/// States none of which may be missing.
+fn all(states: Vec<Vec<Option<Steady>>>) -> Vec<Vec<Steady>> {
+    let list = |list: Vec<Option<Steady>>| list.into_iter().map(|s| s.expect("a failure is an error")).collect();
+    states.into_iter().map(list).collect()
 }
 
 /// Moves the slider to a place. If the move from its last equilibrium fails, it lifts off and presses again, unless the

@@ -42,9 +42,7 @@ impl Table {
     /// # Errors
     /// [`IdentifyError::Table`].
     pub fn new(name: &str, points: Vec<Point>) -> Result<Self, IdentifyError> {
-        let mut depths_mm: Vec<f64> = points.iter().map(|p| p.depth_mm).collect();
-        depths_mm.sort_by(f64::total_cmp);
-        depths_mm.dedup();
+        let (depths_mm, slot) = slots(points.iter().map(|p| p.depth_mm));
         if depths_mm.len() < 2 {
             let depth = depths_mm.first().map_or("no depth".into(), |d| format!("one depth, {d} mm"));
             return Err(IdentifyError::Table(format!(
@@ -55,8 +53,6 @@ impl Table {
         if points.iter().all(|p| p.friction_coefficient == 0.0) {
             return Err(IdentifyError::Table(format!("{name}: every friction_coefficient is 0: nothing to identify")));
         }
-        let place = |p: &Point| depths_mm.iter().position(|d| *d == p.depth_mm).expect("listed above");
-        let slot = points.iter().map(place).collect();
         Ok(Self { points, depths_mm, slot })
     }
 
@@ -83,6 +79,15 @@ impl Table {
         point.tau_ref_kpa = point.tau_ref_kpa.clamp(region.tau_ref_kpa[0], region.tau_ref_kpa[1]);
         Some(point)
     }
+}
+
+/// Depths in rising order, each once, and the index among them of each given depth.
+pub fn slots(depths_mm: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, Vec<usize>) {
+    let mut rising: Vec<f64> = depths_mm.clone().collect();
+    rising.sort_by(f64::total_cmp);
+    rising.dedup();
+    let slot = depths_mm.map(|depth| rising.partition_point(|d| *d < depth)).collect();
+    (rising, slot)
 }
 
 /// Slope and constant of the least-squares line through points; none if they do not spread along x.

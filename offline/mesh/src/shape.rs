@@ -84,6 +84,35 @@ pub struct FingertipShape {
     pub inclination_deg: f64,
 }
 
+impl FingertipShape {
+    /// The shape with all lengths times `size`.
+    pub fn scaled(&self, size: f64) -> Self {
+        let mut out = self.clone();
+        let lengths = [
+            &mut out.half_width_mm,
+            &mut out.half_thickness_mm,
+            &mut out.length_mm,
+            &mut out.cap_length_mm,
+            &mut out.taper_start_mm,
+            &mut out.taper_blend_mm,
+            &mut out.skin_thickness_mm,
+            &mut out.bone_half_width_mm,
+            &mut out.bone_half_thickness_mm,
+            &mut out.bone_cap_length_mm,
+            &mut out.bone_dorsal_offset_mm,
+            &mut out.bone_distal_clearance_mm,
+            &mut out.joint_start_mm,
+            &mut out.joint_end_mm,
+            &mut out.nail_start_mm,
+            &mut out.nail_end_mm,
+            &mut out.nail_thickness_mm,
+            &mut out.pad_height_mm,
+        ];
+        lengths.into_iter().for_each(|length| *length *= size);
+        out
+    }
+}
+
 /// Shape E.
 impl Default for FingertipShape {
     fn default() -> Self {

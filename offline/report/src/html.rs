@@ -115,7 +115,22 @@ pub(super) fn table(heads: Markup, rows: Markup) -> Markup {
     html! { table { thead { tr { (heads) } } tbody { (rows) } } }
 }
 
-/// The same below a caption.
+/// A table with a row for each item and the heads of its columns; numbers are in all columns but those that end in `:`.
+pub(super) fn listing<T>(items: &[T], columns: &[(&str, fn(&T) -> String)]) -> Markup {
+    let heads = html! {
+        @for (head, _) in columns {
+            @if let Some(name) = head.strip_suffix(':') { th.name { (name) } } @else { th { (head) } }
+        }
+    };
+    let rows = html! {
+        @for item in items {
+            tr { @for (head, of) in columns { @if head.ends_with(':') { td { (prose(&of(item))) } } @else { (cell(of(item))) } } }
+        }
+    };
+    table(heads, rows)
+}
+
+/// A table of rows below heads and a caption.
 pub(super) fn captioned_table(caption: impl Render, heads: Markup, rows: Markup) -> Markup {
     html! { table { caption { (caption) } thead { tr { (heads) } } tbody { (rows) } } }
 }

@@ -20,7 +20,6 @@ mod pad_view;
 pub mod simulation;
 #[cfg(test)]
 mod synthetic;
-pub mod table;
 mod tip;
 mod tip_charts;
 mod tip_maps;

@@ -4,7 +4,7 @@ use fingerpad::host::ModelFile;
 use fingerpad::{Model, Motion, State, Tuning};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Finger, Trajectory};
-use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
+use fingerpad_fe::mesh::{MeshPreset, fingertip};
 use fingerpad_identify::FingerPoint;
 use fingerpad_reduce::{STEP_MM, halton, settings_hash};
 use rayon::prelude::*;
@@ -35,33 +35,6 @@ fn fingers(config: &Config, count: usize) -> Vec<[f64; 3]> {
         })
         .take(count)
         .collect()
-}
-
-/// The shape with all its lengths multiplied.
-fn scaled(mut shape: FingertipShape, size: f64) -> FingertipShape {
-    for length in [
-        &mut shape.half_width_mm,
-        &mut shape.half_thickness_mm,
-        &mut shape.length_mm,
-        &mut shape.cap_length_mm,
-        &mut shape.taper_start_mm,
-        &mut shape.taper_blend_mm,
-        &mut shape.skin_thickness_mm,
-        &mut shape.bone_half_width_mm,
-        &mut shape.bone_half_thickness_mm,
-        &mut shape.bone_cap_length_mm,
-        &mut shape.bone_dorsal_offset_mm,
-        &mut shape.bone_distal_clearance_mm,
-        &mut shape.joint_start_mm,
-        &mut shape.joint_end_mm,
-        &mut shape.nail_start_mm,
-        &mut shape.nail_end_mm,
-        &mut shape.nail_thickness_mm,
-        &mut shape.pad_height_mm,
-    ] {
-        *length *= size;
-    }
-    shape
 }
 
 /// RMS errors of the tuned model along a response: normal force over its range, friction over the limit.
@@ -113,7 +86,7 @@ struct Fresh {
 /// Runs a finger of another size, stiffness and lambda through finite elements and the tuned model.
 fn fresh(model: &Model<'_>, config: &Config, [size, stiffness, lambda]: [f64; 3]) -> Result<Fresh, Failure> {
     let mut config = config.clone();
-    let shape = scaled(config.fingertip_shape()?, size);
+    let shape = config.fingertip_shape()?.scaled(size);
     let point = FingerPoint { stiffness, ..FingerPoint::of(shape.clone()) };
     point.apply(&mut config);
     // The joint of a larger finger of the same tissue.

@@ -1,21 +1,19 @@
 //! `fingerpad diagnose table`: a measured table against the finite elements.
 
 use std::path::Path;
-use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::anyhow;
-use fingerpad_diagnose::InputFile;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_formats::ColumnNames;
-use fingerpad_identify::table_diagnosis::{self, Finding, Input, MeasuredTable, TableError};
-use fingerpad_identify::{Hooks, IdentifyError, StateCache, table_csv};
+use fingerpad_identify::table_diagnosis::{self, Finding, Input, MeasuredTable};
+use fingerpad_identify::{Hooks, IdentifyError, Settings, StateCache, table_csv};
 use fingerpad_reduce::DesignSettings;
 use fingerpad_report as report;
-use sha2::Digest;
 
 use super::arguments::TableArgs;
+use super::input_files::trace_input;
 use super::result_files::{prepare, write_files};
 use crate::config::ConfigFile;
 use crate::progress::counter;
@@ -27,18 +25,7 @@ pub const CORRECTED_SHAPE: &str = "corrected_shape.toml";
 pub const CORRECTED_TABLE: &str = "corrected_table.csv";
 pub const SIDE_BY_SIDE: &str = "side_by_side.csv";
 /// Steady slides that were computed, in a folder of their own; kept for the next run.
-pub const STATES: &str = "fe/steady_slides.bin";
-
-impl From<TableError> for Failure {
-    fn from(error: TableError) -> Self {
-        match error {
-            TableError::Fe(IdentifyError::Interrupted) => Self::Interrupted("finished slides are kept".into()),
-            TableError::Fe(error) => error.into(),
-            error @ TableError::TooFewSlides { .. } => Self::Numerics(error.into()),
-            error => Self::Input(error.into()),
-        }
-    }
-}
+const STATES: &str = "fe/steady_slides.bin";
 
 /// Diagnoses a table against the finite elements.
 pub fn run(args: &TableArgs) -> Result<(), Failure> {
@@ -56,20 +43,17 @@ pub fn run(args: &TableArgs) -> Result<(), Failure> {
     let rows = table_csv::read_partial(path, names, config.tissue.stiffness())?;
     table_csv::notes(path, names).iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
     let count = rows.len();
-    let table = MeasuredTable::new(rows).map_err(|e| Failure::Input(anyhow!("{}: {e}", path.display())))?;
+    let named = |problem: String| Failure::Input(anyhow!("{}: {problem}", path.display()));
+    let table = MeasuredTable::new(rows).map_err(|e| named(e.to_string()))?;
     let jobs = std::thread::available_parallelism().map_or(1, usize::from);
     let bar = counter("finite elements", 1, "slides");
-    let done = Mutex::new(0);
     let hooks = Hooks {
         go_on: &|| go_on().is_continue(),
         report_progress: &|_, line| {
-            let Some((asked, expected)) = line.split_once('/') else { return };
-            let (Ok(asked), Ok(expected)) = (asked.parse::<usize>(), expected.parse::<usize>()) else { return };
-            let mut done = done.lock().expect("no panic while locked");
-            bar.expect(expected.saturating_sub(*done));
-            while *done < asked {
-                bar.count();
-                *done += 1;
+            if let Some((done, all)) = line.split_once('/')
+                && let (Ok(done), Ok(all)) = (done.parse(), all.parse())
+            {
+                bar.set(done, all, String::new());
             }
         },
     };
@@ -82,26 +66,15 @@ pub fn run(args: &TableArgs) -> Result<(), Failure> {
     let result = table_diagnosis::diagnose(&input, cache, &hooks);
     bar.finish_and_clear();
     let mut finding = result.map_err(|error| match error {
-        TableError::Fe(IdentifyError::Interrupted) => {
-            Failure::Interrupted(format!("finished slides are kept in {}", kept.display()))
-        }
-        TableError::TooLittle(problem) => Failure::Input(anyhow!("{}: {problem}", path.display())),
+        IdentifyError::Interrupted => Failure::Interrupted(format!("finished slides are kept in {}", kept.display())),
+        IdentifyError::Table(problem) => named(problem),
         other => other.into(),
     })?;
-    let bytes =
-        std::fs::read(path).map_err(|source| fingerpad_formats::Error::File { path: path.to_path_buf(), source })?;
     let diagnosis = &mut finding.report.diagnosis;
-    diagnosis.input = vec![InputFile {
-        role: "measured".into(),
-        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
-        sha256: sha2::Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect(),
-        rows: count,
-        runs: count,
-        notes: finding.sentences.clone(),
-    }];
+    diagnosis.input = vec![trace_input(path, count, count, &finding.sentences)?];
     diagnosis.elapsed_s = started.elapsed().as_secs_f64();
     let files = files(&finding, &config, &settings, &design, path)?;
-    let rendered = report::table::render(&finding).map_err(|e| Failure::Numerics(e.into()))?;
+    let rendered = report::diagnosis::table::render(&finding).map_err(|e| Failure::Numerics(e.into()))?;
     let diagnosis = &finding.report.diagnosis;
     write_files(&args.output, rendered, diagnosis.next_experiment.as_ref(), files)?;
     println!("{}: verdict: {}", path.display(), report::diagnosis::word(diagnosis));
@@ -113,7 +86,7 @@ pub fn run(args: &TableArgs) -> Result<(), Failure> {
 fn files(
     finding: &Finding,
     given: &Config,
-    settings: &fingerpad_identify::Settings,
+    settings: &Settings,
     design: &DesignSettings,
     path: &Path,
 ) -> Result<Vec<(String, Vec<u8>)>, Failure> {
@@ -130,14 +103,9 @@ fn files(
         let place = std::fs::canonicalize(&given.shape.0).map_err(|e| Failure::Input(e.into()))?;
         config.shape.0 = place.display().to_string();
     }
-    let mut head = format!(
-        "# Finger and law that explain {} best; verdict: {}.\n",
-        path.display(),
-        report::diagnosis::word(&finding.report.diagnosis)
-    );
-    for note in &finding.corrected.left_out {
-        head += &format!("# Not in this file: {note}.\n");
-    }
+    let verdict = report::diagnosis::word(&finding.report.diagnosis);
+    let mut head = format!("# Finger and law that explain {} best; verdict: {verdict}.\n", path.display());
+    finding.corrected.left_out.iter().for_each(|note| head += &format!("# Not in this file: {note}.\n"));
     let text = toml::to_string(&ConfigFile::of(&config, settings, design)).map_err(toml)?;
     files.push((CORRECTED_CONFIG.to_owned(), (head + &text).into_bytes()));
     files.push((CORRECTED_TABLE.to_owned(), finding.corrected_csv.clone().into_bytes()));

@@ -178,16 +178,9 @@ fn effect(tare_n: [f64; 3], half_n: [f64; 3], size: f64, gain_2ll: f64, p: f64) 
         p,
         p_model: p,
         p_runs: p,
-        against_calibration: false,
-        outside_calibration: false,
-        own: None,
         lambda_detect: gain_2ll,
-        candidates: vec![CandidateLaw {
-            law: "tare_bias".into(),
-            family: "tare".into(),
-            delta_2ll: 0.0,
-            lambda_rival: 0.0,
-        }],
+        candidates: vec![CandidateLaw { law: "tare_bias".into(), family: "tare".into(), ..CandidateLaw::default() }],
+        ..EffectFound::default()
     }
 }
 

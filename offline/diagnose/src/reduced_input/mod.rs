@@ -10,8 +10,8 @@ mod tare;
 pub use forces::diagnose_forces;
 
 use crate::schema::{
-    Baseline, Confidence, CrossValidationError, Diagnosis, Disagreement, NoiseFound, Rescale, ScatterRatio,
-    UnexplainedFound, Verdict, Witness,
+    Baseline, CrossValidationError, Diagnosis, Disagreement, NoiseFound, Rescale, ScatterRatio, UnexplainedFound,
+    Verdict,
 };
 
 /// A diagnosis from less than measured runs: a report, sentences, and one figure.
@@ -58,51 +58,24 @@ pub fn reduced_report(
         |r: [f64; 3]| (0..3).map(|k| if floor_n[k] > 0.0 { r[k] / floor_n[k] } else { 0.0 }).fold(0.0, f64::max);
     Diagnosis {
         schema: "fingerpad-diagnosis/1".into(),
-        title: String::new(),
         verdict,
-        confidence: Confidence::default(),
-        witness: Witness::default(),
-        cautions: Vec::new(),
-        effects: Vec::new(),
         disagreement: Disagreement {
             rms_n: rms_n[0],
             floor_rms_n: floor_n,
             ratio: std::array::from_fn(|k| if floor_n[k] > 0.0 { rms_n[0][k] / floor_n[k] } else { 0.0 }),
-            regions: Vec::new(),
-            along_driver: None,
+            ..Disagreement::default()
         },
         baseline: Baseline {
             model: model.into(),
-            parameters: Vec::new(),
             rescale: Rescale { stiffness: 1.0, strength: 1.0 },
-            calibration_misfit: [0.0; 3],
+            ..Baseline::default()
         },
-        instrument: Vec::new(),
-        finger_laws: Vec::new(),
-        noise: NoiseFound {
-            additive_n: 0.0,
-            multiplicative: 0.0,
-            run_gain_normal: 0.0,
-            run_gain_friction: 0.0,
-            run_offset_n: 0.0,
-            depth_zero_mm: 0.0,
-            correlation: [1.0; 3],
-            source: "residual".into(),
-        },
-        tests: Vec::new(),
+        noise: NoiseFound { correlation: [1.0; 3], source: "residual".into(), ..NoiseFound::default() },
         unexplained: UnexplainedFound {
-            outside_calibration: false,
-            significant: false,
-            column: String::new(),
-            channel: String::new(),
-            gain: 0.0,
             p_model: 1.0,
             p_runs: 1.0,
-            size_n: 0.0,
-            size_relative: 0.0,
-            largest_at: None,
             scatter_ratio: ScatterRatio { normal: 1.0, friction: 1.0 },
-            partial: Vec::new(),
+            ..UnexplainedFound::default()
         },
         holdout: CrossValidationError {
             method: method.into(),
@@ -116,17 +89,7 @@ pub fn reduced_report(
             ratio_after: ratio(rms_n[1]),
             refused_after_n: None,
         },
-        power: None,
-        stability: None,
-        fe_confirmation: None,
-        next_step: String::new(),
-        next_experiment: None,
-        corrected_model: None,
-        corrected_rms_n: None,
-        corrected_tables: Vec::new(),
-        input: Vec::new(),
-        seed: 0,
         version: env!("CARGO_PKG_VERSION").into(),
-        elapsed_s: 0.0,
+        ..Diagnosis::default()
     }
 }

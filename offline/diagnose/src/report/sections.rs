@@ -10,9 +10,9 @@ use crate::plan::next_experiment::{HypothesisPair, propose};
 use crate::report::regions::{Maps, strongest};
 use crate::schema::{
     Baseline, BaselineParameter, CandidateLaw, Caution, CrossValidationError, Disagreement, EffectFound, IMPLAUSIBLE,
-    LawTest, NextExperiment, NoiseFound, Rescale, ScatterRatio, UnexplainedFound, Verdict,
+    LawTest, NextExperiment, NoiseFound, Rescale, STRUCTURE_P, ScatterRatio, UnexplainedFound, Verdict,
 };
-use crate::selection::lack_of_fit::{LEAST_SIZE, SCATTER_LEVEL};
+use crate::selection::lack_of_fit::LEAST_SIZE;
 use crate::statistics::calibration::Calibration;
 use crate::statistics::fit::Fit;
 use crate::statistics::tails::LEAST_GAIN;
@@ -120,7 +120,7 @@ pub fn tests(decision: &Decision<'_>) -> Vec<LawTest> {
 /// Scatter between runs beyond twice what the calibration explains.
 pub fn scatter_caution(decision: &Decision<'_>) -> Option<Caution> {
     let u = &decision.lack_of_fit;
-    let cause = if u.p_scatter < SCATTER_LEVEL {
+    let cause = if u.p_scatter < STRUCTURE_P {
         "the form of what is named is not exact, single runs were garbled, or something else is there too.".to_owned()
     } else {
         format!("chance alone does that in {:.1} % of sets with so few runs.", 100.0 * u.p_scatter)

@@ -26,7 +26,7 @@ pub struct Region {
 }
 
 /// How near runs are predicted that no fit saw: root mean square residuals of normal, x and y, N.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CrossValidationError {
     /// `file`, or `k-fold by run`.
     pub method: String,

@@ -17,10 +17,11 @@ pub use next_experiment::{FACTORS, Factor, FactorPrice, NextExperiment, PlannedR
 pub use repeated::{LeftOut, NotSimulated, Power, PowerCell, Rate, Stability};
 
 /// The answer of a diagnosis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Nothing is missing that the data could show.
+    #[default]
     None,
     /// Each missing effect has one family.
     Named,
@@ -30,7 +31,26 @@ pub enum Verdict {
     UnexplainedStructure,
 }
 
+/// −2 log likelihood or evidence up to which two explanations are not distinguished: odds of 20 to 1.
+pub const INDISTINGUISHABLE: f64 = 6.0;
+/// p of what an explanation leaves below which it leaves a structure.
+pub const STRUCTURE_P: f64 = 1e-3;
+
 impl Verdict {
+    /// The verdict on weighed explanations.
+    ///
+    /// * `left`: whether the best one leaves a structure
+    /// * `claimed`: whether an effect stands out
+    /// * `open`: whether another explanation is not distinguished from it
+    pub fn of(left: bool, claimed: bool, open: bool) -> Self {
+        match (left, claimed, open) {
+            (true, ..) => Self::UnexplainedStructure,
+            (_, false, _) => Self::None,
+            (.., true) => Self::Ambiguous,
+            (.., false) => Self::Named,
+        }
+    }
+
     /// Whether effects are claimed.
     pub fn is_claim(self) -> bool {
         matches!(self, Self::Named | Self::Ambiguous)
@@ -51,7 +71,7 @@ pub struct FittedParameter {
 }
 
 /// A law that may be the missing effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CandidateLaw {
     /// Law.
     pub law: String,
@@ -64,7 +84,7 @@ pub struct CandidateLaw {
 }
 
 /// A missing effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EffectFound {
     /// Best candidate.
     pub law: String,
@@ -100,7 +120,7 @@ pub struct EffectFound {
 }
 
 /// Where baseline and measurement differ before any effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Disagreement {
     /// Root mean square residual of normal, x, y, N.
     pub rms_n: [f64; 3],
@@ -133,7 +153,7 @@ pub struct BaselineParameter {
 }
 
 /// A change of scale between the calibration and the measured set; never an effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rescale {
     /// Factor on the normal force.
     pub stiffness: f64,
@@ -142,7 +162,7 @@ pub struct Rescale {
 }
 
 /// The baseline after the refit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Baseline {
     /// Model file.
     pub model: String,
@@ -155,7 +175,7 @@ pub struct Baseline {
 }
 
 /// Noise.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NoiseFound {
     /// Row noise, N.
     pub additive_n: f64,
@@ -212,7 +232,7 @@ fn independent() -> [f64; 3] {
 }
 
 /// The test of one law.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawTest {
     /// Law.
     pub law: String,
@@ -233,7 +253,7 @@ pub struct LawTest {
 }
 
 /// Structure that no law explains.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UnexplainedFound {
     /// Whether measured runs lie outside the calibration in its column.
     #[serde(default)]
@@ -303,7 +323,7 @@ impl UnexplainedFound {
 }
 
 /// Scatter between runs over that of the calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScatterRatio {
     /// Of the stiffness.
     pub normal: f64,
@@ -478,7 +498,7 @@ pub enum Confidence {
 }
 
 /// The report.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// `fingerpad-diagnosis/1`.
     pub schema: String,

@@ -6,6 +6,7 @@
 use crate::data::runs::Run;
 use crate::laws::{Change, Column, Law, Place};
 use crate::model::active_law::ActiveLaw;
+use crate::schema::INDISTINGUISHABLE;
 use crate::selection::alternative_drift::AlternativeDrift;
 use crate::selection::scan::{GridPoint, ScoredGridPoint, columns_of, scored};
 use crate::selection::starts::{refine, starts};
@@ -69,7 +70,7 @@ pub fn competing_hypotheses(
         let lambda_rival = comparison.separation_of_refit(&active, separation);
         // The less a protocol can separate, the more of a difference may be the error of a form.
         let inseparable = 1.0 - lambda_rival / (0.035 * comparison.lambda_detect).max(10.0);
-        if delta_2ll < 6.0 + 0.15 * comparison.gain_2ll * inseparable.max(0.0) {
+        if delta_2ll < INDISTINGUISHABLE + 0.15 * comparison.gain_2ll * inseparable.max(0.0) {
             candidates.push(CompetingLaw { active, delta_2ll, lambda_rival });
         }
         let penalised = refit.minus_2ll - fit.minus_2ll + of_form + shapes(law) - shapes(own.law);

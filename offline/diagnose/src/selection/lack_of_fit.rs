@@ -10,6 +10,7 @@ use crate::data::runs::RunSet;
 use crate::laws::Place;
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::{PerEffect, RandomEffect};
+use crate::schema::STRUCTURE_P;
 use crate::selection::bases::{BasisGroup, basis_groups};
 use crate::selection::discrepancy::ModelDiscrepancy;
 use crate::statistics::derivatives::Derivatives;
@@ -73,8 +74,6 @@ pub struct Expectations<'a> {
     pub shares: &'a [f64],
 }
 
-/// p of the F test from which on a scatter above twice the expected is reported.
-pub const SCATTER_LEVEL: f64 = 1e-3;
 /// Scatter over the expected, as variances, that no error of an accepted law's form excuses.
 const LARGE_SCATTER: f64 = 8.0;
 /// Smallest standard deviation between runs that is resolved, a share of the force.
@@ -267,7 +266,7 @@ fn compare_scatter(
         let (left, before) = (found - wanted, expected.null_variances[k] - wanted);
         if ratio > 2.0 {
             out.p_scatter = out.p_scatter.min(p);
-            let all = of_most > 2.0 && 2.0 * f_tail(of_most, n1, n2) < SCATTER_LEVEL;
+            let all = of_most > 2.0 && 2.0 * f_tail(of_most, n1, n2) < STRUCTURE_P;
             let small = slot == 0 && !loads && left.sqrt() < expected.least_size();
             out.is_scattered |= all && !small && (left > 0.3 * before || of_most > LARGE_SCATTER);
         }

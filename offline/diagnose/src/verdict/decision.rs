@@ -74,15 +74,7 @@ impl<'a> Basis<'a> {
         // Evidence for a law that no refit confirms is structure too, unless a law that is too small to be named explains it.
         let stands_out = |t: &SingleLawTest| t.significant && t.gain_2ll >= least_gain(t.law, t.p_runs.by_calibration);
         let unclaimed = hypotheses.is_empty() && too_small.is_empty() && selection.tests.iter().any(stands_out);
-        let verdict = if lack_of_fit.significant || unclaimed {
-            Verdict::UnexplainedStructure
-        } else if hypotheses.is_empty() {
-            Verdict::None
-        } else if is_open {
-            Verdict::Ambiguous
-        } else {
-            Verdict::Named
-        };
+        let verdict = Verdict::of(lack_of_fit.significant || unclaimed, !hypotheses.is_empty(), is_open);
         Decision { set, task, selection, hypotheses, lack_of_fit, verdict, expected_variances, drift, too_small }
     }
 }

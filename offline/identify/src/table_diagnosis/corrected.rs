@@ -5,9 +5,10 @@
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::mesh::FingertipShape;
 
-use super::parameters::{Parameter, Values};
-use super::reading::{law_of, place_of};
-use crate::{CalibrationParameter, FingerPoint};
+use super::effects::{Parameter, Values};
+use super::finite_elements::with_bone;
+use super::reading::stiffness_at;
+use crate::FingerPoint;
 
 /// Finger, law and depths of a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,86 +28,52 @@ impl CorrectedFinger {
     pub fn new(config: &Config, shape: &FingertipShape, values: &Values, depths_mm: &[f64]) -> Self {
         let mut config = config.clone();
         let middle = depths_mm.len() / 2;
-        let size = values.get(Parameter::LnSize).exp();
+        let (size, bone_mm) = (values[Parameter::LN_SIZE].exp(), values[Parameter::BONE_CLEARANCE]);
         // Stiffening with depth is no constant of the tissue: the file has its stiffness at the middle depth.
-        let stiffness = place_of(values, depths_mm[middle], middle).1.stiffness;
-        let point = FingerPoint { shape: shape.clone(), stiffness, depth_offset_mm: 0.0 };
-        point.apply(&mut config);
+        let stiffness = stiffness_at(values, values.depth_mm(depths_mm[middle], middle));
+        FingerPoint { shape: shape.clone(), stiffness, depth_offset_mm: 0.0 }.apply(&mut config);
         config.numerics.contact.penalty_mpa_per_mm /= size;
         config.tissue.bone.joint.translation_n_per_mm *= size;
         config.tissue.bone.joint.rotation_nmm_per_rad *= size.powi(3);
-        config.friction = law_of(values).friction(&config.friction);
-        config.experiment.depths_mm = (depths_mm.iter().enumerate())
-            .map(|(slot, depth)| depth + values.get(Parameter::DepthOffset) + values.get(Parameter::DepthError(slot)))
-            .collect();
-        let bone_mm = values.get(Parameter::BoneClearance);
+        config.friction = values.law().friction(&config.friction);
+        config.experiment.depths_mm =
+            depths_mm.iter().enumerate().map(|(slot, depth)| values.depth_mm(*depth, slot)).collect();
         let changed = size != 1.0 || bone_mm != 0.0;
-        Self { shape: changed.then(|| scaled(shape, size, bone_mm)), config, left_out: left_out(values) }
+        Self { shape: changed.then(|| with_bone(shape, bone_mm).scaled(size)), config, left_out: left_out(values) }
     }
-}
-
-/// A shape with another clearance under the bone and then all lengths times `size`.
-fn scaled(shape: &FingertipShape, size: f64, bone_mm: f64) -> FingertipShape {
-    let mut out = shape.clone();
-    *CalibrationParameter::BoneDorsalOffsetMm.of_shape(&mut out).expect("of the shape") += bone_mm;
-    let lengths = [
-        &mut out.half_width_mm,
-        &mut out.half_thickness_mm,
-        &mut out.length_mm,
-        &mut out.cap_length_mm,
-        &mut out.taper_start_mm,
-        &mut out.taper_blend_mm,
-        &mut out.skin_thickness_mm,
-        &mut out.bone_half_width_mm,
-        &mut out.bone_half_thickness_mm,
-        &mut out.bone_cap_length_mm,
-        &mut out.bone_dorsal_offset_mm,
-        &mut out.bone_distal_clearance_mm,
-        &mut out.joint_start_mm,
-        &mut out.joint_end_mm,
-        &mut out.nail_start_mm,
-        &mut out.nail_end_mm,
-        &mut out.nail_thickness_mm,
-        &mut out.pad_height_mm,
-    ];
-    lengths.into_iter().for_each(|length| *length *= size);
-    out
 }
 
 /// Effects of the instruments, and effects that change with depth.
 fn left_out(values: &Values) -> Vec<String> {
-    let mut out = Vec::new();
-    let mut add = |parameter: Parameter, text: &str| {
-        let value = values.get(parameter);
-        if value != 0.0 {
-            out.push(format!("{} = {value:.4}: {text}", parameter.name()));
-        }
-    };
-    add(Parameter::NormalForceOffset, "the sensor reads this much more than presses the finger");
-    add(Parameter::PullOff, "the sensor reads this much less at 63.5 mm², as the root of the area");
-    add(Parameter::Tilt, "of the sensor's axes");
-    add(Parameter::StrainStiffening, "the stiffness here is that at the middle depth of the table");
-    out
+    let texts = [
+        (Parameter::NORMAL_FORCE_OFFSET, "the sensor reads this much more than presses the finger"),
+        (Parameter::PULL_OFF, "the sensor reads this much less at 63.5 mm², as the root of the area"),
+        (Parameter::TILT, "of the sensor's axes"),
+        (Parameter::STRAIN_STIFFENING, "the stiffness here is that at the middle depth of the table"),
+    ];
+    let moved = texts.into_iter().filter(|(p, _)| values[*p] != 0.0);
+    moved.map(|(p, text)| format!("{} = {:.4}: {text}", p.name(), values[p])).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::LawPoint;
 
     #[test]
     fn values_become_a_finger() {
         let (config, shape) = (Config::default(), FingertipShape::default());
         let depths = [0.75, 1.0, 1.25, 1.5];
-        let none = Values::without_effects(4, 7.516, 0.46, 0.0);
+        let none = Values::without_effects(4, &LawPoint::of(&config.friction));
         let same = CorrectedFinger::new(&config, &shape, &none, &depths);
         assert!(same.shape.is_none() && same.left_out.is_empty() && same.config.tissue == config.tissue);
         assert_eq!(same.config.experiment.depths_mm, depths);
         let values = none
-            .with(Parameter::LnSize, 0.1)
-            .with(Parameter::BoneClearance, 0.2)
-            .with(Parameter::DepthOffset, -0.05)
-            .with(Parameter::DepthError(1), 0.02)
-            .with(Parameter::NormalForceOffset, -0.05);
+            .with(Parameter::LN_SIZE, 0.1)
+            .with(Parameter::BONE_CLEARANCE, 0.2)
+            .with(Parameter::DEPTH_OFFSET, -0.05)
+            .with(Parameter::depth_error(1), 0.02)
+            .with(Parameter::NORMAL_FORCE_OFFSET, -0.05);
         let other = CorrectedFinger::new(&config, &shape, &values, &depths);
         let made = other.shape.unwrap();
         assert!((made.bone_dorsal_offset_mm - 0.1f64.exp() * 3.4).abs() < 1e-12);

@@ -1,16 +1,18 @@
-//! Fits of a model's free parameters to the table, with their priors, and the model's evidence.
+//! Fits of effects to the table, with their priors, and the evidence for them.
 //!
-//! Main types: [`Model`] (the effects that are switched on), [`Fitted`].
+//! Main types: [`Task`] (what is fitted), [`Fitted`].
 
-use nalgebra::{DMatrix, DVector};
+use fingerpad_diagnose::FittedParameter;
+use nalgebra::DMatrix;
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::TableError;
+use super::effects::{CONSTANTS, Effect, Parameter, Values};
 use super::measured::{Measured, MeasuredTable};
-use super::parameters::{CONSTANTS, Effect, Parameter, Values};
-use super::reading::{Surface, predict};
+use super::reading::{Elastic, Surface, place_of, read};
 use crate::IdentifyError;
-use crate::bounded_least_squares::{self as least_squares, Stop, Variable};
+use crate::bounded_least_squares::{Model, Solution, Stop, Variable, minimise};
+use crate::confidence::linear;
 
 /// Standard deviation of the logarithm of the table's noise over its stated value: without a spread the stated value is
 /// an assumption, with one it is an estimate from few repeats.
@@ -18,70 +20,43 @@ const NOISE_SCATTER: [f64; 2] = [0.4, 0.15];
 /// Rounds in which fit and noise settle.
 const NOISE_ROUNDS: usize = 4;
 
-/// Effects of a model, besides the constants of the finger if these are free.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Model {
-    /// The effects.
-    pub effects: Vec<Effect>,
-    /// Whether stiffness, touch point and strength are free as well.
-    pub with_constants: bool,
-}
-
-impl Model {
-    /// The effects beside the constants of the finger.
-    pub fn beside_constants(effects: &[Effect]) -> Self {
-        Self { effects: effects.to_vec(), with_constants: true }
-    }
-
-    /// The effects alone: all other parameters keep their calibrated values.
-    pub fn alone(effects: &[Effect]) -> Self {
-        Self { effects: effects.to_vec(), with_constants: false }
-    }
-
-    /// Free parameters.
-    pub fn free(&self, slots: usize) -> Vec<Parameter> {
-        let constants: &[Parameter] = if self.with_constants { &CONSTANTS } else { &[] };
-        let mut free = constants.to_vec();
-        let own = self.effects.iter().flat_map(|e| e.parameters(slots));
-        own.for_each(|p| {
-            if !free.contains(&p) {
-                free.push(p);
-            }
-        });
-        free
-    }
-
-    /// Names of its effects, joined by `+`.
-    pub fn name(&self) -> String {
-        self.effects.iter().map(|e| e.name()).collect::<Vec<_>>().join("+")
-    }
-}
-
-/// A fit of a model.
-#[derive(Clone, Debug, PartialEq)]
+/// A fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fitted {
-    /// The model.
-    pub model: Model,
-    /// All values.
-    pub values: Values,
-    /// Free parameters with their standard deviations.
-    pub free: Vec<(Parameter, f64)>,
-    /// Readings per slot.
-    pub readings: Vec<[f64; 3]>,
-    /// Root mean square of the relative differences model over measurement, all numbers of the table, %.
+    /// The effects.
+    pub effects: Vec<&'static Effect>,
+    /// Values of the effects' own parameters with their 95 % intervals.
+    pub parameters: Vec<FittedParameter>,
+    /// Numbers that were fitted, the finger's constants included.
+    pub freedoms: usize,
+    /// Root mean square gap, all numbers of the table, %.
     pub rms_percent: f64,
+    /// All values.
+    #[serde(skip)]
+    pub values: Values,
+    /// Readings per slot.
+    #[serde(skip)]
+    pub readings: Vec<[f64; 3]>,
     /// −2 log evidence: misfit, cost of the priors, and the width of the posterior within them. Smaller is better.
+    #[serde(skip)]
     pub cost: f64,
     /// Fitted factor on the stated errors.
+    #[serde(skip)]
     pub noise: f64,
     /// Probability of a misfit as large under the stated errors.
+    #[serde(skip)]
     pub p_misfit: f64,
 }
 
-/// Input of a fit: the measured table, and the starting values of the constants.
+/// Input of a fit: the measured table, the finger's response, and the starting values.
+#[derive(Clone)]
 pub struct Task<'a> {
     /// The table.
     pub table: &'a MeasuredTable,
+    /// The finger's response.
+    pub surface: &'a Surface<'a>,
+    /// Added to ln N, ln A, ln F near each of these depths (mm): what the finite elements gave beside the surface.
+    pub shift: Vec<(f64, [f64; 3])>,
     /// Numbers that are fitted.
     pub numbers: Vec<Measured>,
     /// Values of the fixed parameters, and starting values of the free ones.
@@ -92,80 +67,124 @@ pub struct Task<'a> {
 
 impl<'a> Task<'a> {
     /// All numbers of the table.
-    pub fn all(table: &'a MeasuredTable, start: Values, prior: Values) -> Self {
-        Self { table, numbers: table.numbers(), start, prior }
+    pub fn all(table: &'a MeasuredTable, surface: &'a Surface<'a>, start: Values, prior: Values) -> Self {
+        Self { table, surface, shift: Vec::new(), numbers: table.numbers.clone(), start, prior }
     }
 
-    /// All numbers but those at one depth.
-    pub fn without(&self, slot: usize) -> Self {
-        let numbers = self.numbers.iter().copied().filter(|m| m.slot != slot).collect();
-        Self { numbers, start: self.start.clone(), prior: self.prior.clone(), ..*self }
+    /// The task in which the response is that of the finite elements at these values.
+    pub fn shifted(&self, values: &Values, exact: &[Elastic]) -> Self {
+        let shift = |(slot, exact): (usize, &Elastic)| {
+            let place = place_of(values, self.table.depths_mm[slot], slot).0;
+            let plain = (self.surface)(&place);
+            (place.depth_mm, [0, 1, 2].map(|q| (exact[q] / plain[q]).ln()))
+        };
+        Self { shift: exact.iter().enumerate().map(shift).collect(), ..self.clone() }
+    }
+
+    /// Readings of all slots.
+    pub fn predict(&self, values: &Values) -> Vec<[f64; 3]> {
+        let reading = |(slot, depth_mm): (usize, &f64)| {
+            let (place, factors) = place_of(values, *depth_mm, slot);
+            let away = |shift: &(f64, [f64; 3])| (shift.0 - place.depth_mm).abs();
+            let near = self.shift.iter().min_by(|a, b| away(a).total_cmp(&away(b))).map_or([0.0; 3], |shift| shift.1);
+            let plain = (self.surface)(&place);
+            read(values, &factors, &[0, 1, 2].map(|q| plain[q] * near[q].exp()))
+        };
+        self.table.depths_mm.iter().enumerate().map(reading).collect()
     }
 
     /// Prior standard deviation of a parameter; depths have that of their column.
     fn prior_sd(&self, parameter: Parameter) -> f64 {
-        match parameter {
-            Parameter::DepthError(slot) => self.table.depth_sd_mm[slot],
-            other => other.prior().sd,
-        }
+        parameter.slot().map_or(parameter.known().prior_sd, |slot| self.table.depth_sd_mm[slot])
     }
 
-    /// Fits a model on a surface, from several starts.
-    ///
-    /// # Errors
-    /// [`TableError::Fe`] if the minimiser fails.
-    pub fn fit(&self, surface: &dyn Surface, model: &Model) -> Result<Fitted, TableError> {
-        let free = model.free(self.table.depths_mm.len());
+    /// Free parameters of a fit: those of the effects, and the constants of the finger if these are free.
+    fn free(&self, effects: &[&'static Effect], with_constants: bool) -> Vec<Parameter> {
+        let constants = if with_constants { &CONSTANTS[..] } else { &[] };
+        let own = effects.iter().flat_map(|e| e.parameters(self.table.depths_mm.len()));
+        constants.iter().copied().chain(own.filter(|p| !constants.contains(p))).collect()
+    }
+
+    /// Fits effects beside the constants of the finger, from several starts.
+    pub fn fit(&self, effects: &[&'static Effect]) -> Result<Fitted, IdentifyError> {
+        let free = self.free(effects, true);
         let mut best: Option<(f64, Values)> = None;
         for start in self.starts(&free) {
-            let mut fit = LeastSquares { task: self, surface, free: &free, values: start, noise: 1.0 };
-            fit.minimise()?;
-            let sum = fit.sum_of_squares();
+            let fit = Weighted { task: self, free: &free, values: start, noise: 1.0 };
+            let (values, solution) = fit.minimise()?;
+            let sum = square(&solution.residuals);
             if best.as_ref().is_none_or(|(least, _)| sum < *least) {
-                best = Some((sum, fit.values));
+                best = Some((sum, values));
             }
         }
-        self.fit_from(surface, model, best.expect("at least one start").1)
+        self.fit_from(effects, true, best.expect("at least one start").1)
     }
 
     /// The start as it is, and with each free effect at its prior's width to either side.
     fn starts(&self, free: &[Parameter]) -> Vec<Values> {
         let mut starts = vec![self.start.clone()];
-        for &parameter in
-            free.iter().filter(|p| !CONSTANTS.contains(p)).filter(|p| !matches!(p, Parameter::DepthError(_)))
-        {
-            let (value, [low, high]) = (self.start.get(parameter), parameter.prior().bounds);
-            for side in [-1.0, 1.0] {
-                let moved = value + side * self.prior_sd(parameter);
-                if moved > low && moved < high {
-                    starts.push(self.start.clone().with(parameter, moved));
-                }
-            }
+        for &parameter in free.iter().filter(|p| !CONSTANTS.contains(p) && p.slot().is_none()) {
+            let [low, high] = parameter.known().bounds;
+            let moved = [-1.0, 1.0].map(|side| self.start[parameter] + side * self.prior_sd(parameter));
+            let inside = moved.into_iter().filter(|value| *value > low && *value < high);
+            starts.extend(inside.map(|value| self.start.clone().with(parameter, value)));
         }
         starts
     }
 
-    /// Fits a model from one start; fit and noise settle in turns.
-    ///
-    /// # Errors
-    /// As [`Self::fit`].
-    pub fn fit_from(&self, surface: &dyn Surface, model: &Model, start: Values) -> Result<Fitted, TableError> {
+    /// Fits effects from one start; fit and noise settle in turns.
+    pub fn fit_from(
+        &self,
+        effects: &[&'static Effect],
+        with_constants: bool,
+        start: Values,
+    ) -> Result<Fitted, IdentifyError> {
+        let (free, n) = (self.free(effects, with_constants), self.numbers.len());
         let scatter = NOISE_SCATTER[usize::from(self.table.has_spread())];
-        let free = model.free(self.table.depths_mm.len());
-        let mut fit = LeastSquares { task: self, surface, free: &free, values: start, noise: 1.0 };
+        let mut fit = Weighted { task: self, free: &free, values: start, noise: 1.0 };
+        let mut stated = 0.0;
         for _ in 0..NOISE_ROUNDS {
-            fit.minimise()?;
-            let sum = fit.data_residuals(&fit.values).iter().map(|r| r * r).sum::<f64>() * fit.noise * fit.noise;
-            fit.noise = noise(sum, self.numbers.len(), scatter);
+            let (values, solution) = fit.minimise()?;
+            stated = square(&solution.residuals[..n]) * fit.noise * fit.noise;
+            fit = Weighted { values, noise: noise(stated, n, scatter), ..fit };
         }
-        Ok(fit.finished(model, scatter))
+        // Laplace's approximation: in units of the priors' widths the posterior's precision is 1 + J'J.
+        let jacobian = fit.columns(&fit.values);
+        let widths: Vec<f64> = free.iter().map(|p| self.prior_sd(*p)).collect();
+        let scaled = DMatrix::from_fn(n + free.len(), free.len(), |i, j| jacobian[j][i] * widths[j]);
+        let volume = scaled.tr_mul(&scaled).cholesky().map_or(0.0, |factor| factor.ln_determinant());
+        let ln_k = fit.noise.ln();
+        let misfit = square(&fit.residuals(&fit.values)) + 2.0 * n as f64 * ln_k + (ln_k / scatter).powi(2);
+        let sds = linear(&jacobian, 1.0).standard_errors;
+        let own = free.iter().zip(sds).filter(|(p, _)| !CONSTANTS.contains(p));
+        let interval = |(p, sd): (&Parameter, f64)| {
+            let value = fit.values[*p];
+            let ci95 = [value - 1.96 * sd, value + 1.96 * sd];
+            FittedParameter { name: p.name(), value, unit: p.known().unit.into(), ci95 }
+        };
+        let readings = self.predict(&fit.values);
+        let chi = ChiSquared::new((n as f64 - free.len() as f64).max(1.0));
+        Ok(Fitted {
+            effects: effects.to_vec(),
+            parameters: own.map(interval).collect(),
+            freedoms: free.len(),
+            rms_percent: rms_percent(&self.numbers, &readings),
+            readings,
+            cost: misfit + volume,
+            noise: fit.noise,
+            p_misfit: chi.map_or(1.0, |chi| chi.sf(stated)),
+            values: fit.values,
+        })
     }
+}
+
+fn square(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum()
 }
 
 /// Factor k on the stated errors: least of sum/k² + 2 n ln k + (ln k / scatter)².
 fn noise(sum: f64, count: usize, scatter: f64) -> f64 {
-    let n = count as f64;
-    let slope = |ln_k: f64| -2.0 * sum * (-2.0 * ln_k).exp() + 2.0 * n + 2.0 * ln_k / (scatter * scatter);
+    let slope = |ln_k: f64| -sum * (-2.0 * ln_k).exp() + count as f64 + ln_k / (scatter * scatter);
     let (mut low, mut high) = (-4.0, 4.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -174,117 +193,57 @@ fn noise(sum: f64, count: usize, scatter: f64) -> f64 {
     f64::exp(0.5 * (low + high))
 }
 
-/// Weighted residuals over the free parameters.
-struct LeastSquares<'a, 't> {
+/// Differences of the logarithms over the errors, then distances from the priors over their widths.
+#[derive(Clone)]
+struct Weighted<'a, 't> {
     task: &'a Task<'t>,
-    surface: &'a dyn Surface,
     free: &'a [Parameter],
-    /// Values of the fixed parameters.
+    /// Values of the fixed parameters, and where the fit starts.
     values: Values,
     /// Factor on the stated errors.
     noise: f64,
 }
 
-impl LeastSquares<'_, '_> {
-    /// Moves the values to the least sum of squares near them.
-    fn minimise(&mut self) -> Result<(), TableError> {
-        if self.free.is_empty() {
-            return Ok(());
-        }
-        let bounded = |p: &Parameter| Variable { value: self.values.get(*p), bounds: p.prior().bounds };
-        let from: Vec<Variable> = self.free.iter().map(bounded).collect();
+impl Weighted<'_, '_> {
+    /// The least sum of squares near the values.
+    fn minimise(&self) -> Result<(Values, Solution), IdentifyError> {
+        let variable = |p: &Parameter| Variable { value: self.values[*p], bounds: p.known().bounds };
+        let from: Vec<Variable> = self.free.iter().map(variable).collect();
         let stop = Stop { tolerance: 1e-7, evaluations: 30 * (self.free.len() + 1) };
-        let solution = least_squares::minimise("table", self, &from, stop)?;
-        self.values = self.at(&solution.values);
-        Ok(())
-    }
-
-    fn sum_of_squares(&self) -> f64 {
-        let residuals = self.data_residuals(&self.values).into_iter().chain(self.prior_residuals(&self.values));
-        residuals.map(|r| r * r).sum()
+        let solution = minimise("table", &mut self.clone(), &from, stop)?;
+        Ok((self.at(&solution.values), solution))
     }
 
     fn at(&self, x: &[f64]) -> Values {
         self.free.iter().zip(x).fold(self.values.clone(), |values, (p, v)| values.with(*p, *v))
     }
 
-    /// Differences of the logarithms over the errors.
-    fn data_residuals(&self, values: &Values) -> Vec<f64> {
-        let readings = predict(self.surface, values, &self.task.table.depths_mm);
-        let residual = |m: &Measured| (readings[m.slot][m.quantity] / m.value).ln() / (m.relative_sd * self.noise);
-        self.task.numbers.iter().map(residual).collect()
+    fn residuals(&self, values: &Values) -> Vec<f64> {
+        let Self { task, free, noise, .. } = self;
+        let readings = task.predict(values);
+        let data = |m: &Measured| (readings[m.slot][m.quantity] / m.value).ln() / (m.relative_sd * noise);
+        let prior = |p: &Parameter| (values[*p] - task.prior[*p]) / task.prior_sd(*p);
+        task.numbers.iter().map(data).chain(free.iter().map(prior)).collect()
     }
 
-    /// Distances from the values without an effect over the prior's width.
-    fn prior_residuals(&self, values: &Values) -> Vec<f64> {
-        let distance = |p: &Parameter| (values.get(*p) - self.task.prior.get(*p)) / self.task.prior_sd(*p);
-        self.free.iter().map(distance).collect()
-    }
-
-    fn step(parameter: Parameter) -> f64 {
-        1e-4 * parameter.prior().sd
-    }
-
-    /// Derivatives of the data's residuals, a column for each free parameter.
+    /// Their derivatives, a column for each free parameter.
     fn columns(&self, values: &Values) -> Vec<Vec<f64>> {
-        let side = |p: Parameter, sign: f64| {
-            self.data_residuals(&values.clone().with(p, values.get(p) + sign * Self::step(p)))
-        };
         let slope = |p: &Parameter| {
-            side(*p, 1.0).iter().zip(side(*p, -1.0)).map(|(a, b)| (a - b) / (2.0 * Self::step(*p))).collect()
+            let step = 1e-4 * p.known().prior_sd;
+            let side = |sign: f64| self.residuals(&values.clone().with(*p, values[*p] + sign * step));
+            side(1.0).iter().zip(side(-1.0)).map(|(a, b)| (a - b) / (2.0 * step)).collect()
         };
         self.free.iter().map(slope).collect()
     }
-
-    /// The end of the fit with its evidence: Laplace's approximation about the best values.
-    fn finished(self, model: &Model, scatter: f64) -> Fitted {
-        let values = self.values.clone();
-        let (data, prior) = (self.data_residuals(&values), self.prior_residuals(&values));
-        let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
-        let (n, p) = (self.task.numbers.len(), self.free.len());
-        let columns = self.columns(&values);
-        // In units of the priors' widths the posterior's precision is 1 + J'J.
-        let widths: Vec<f64> = self.free.iter().map(|p| self.task.prior_sd(*p)).collect();
-        let jacobian = DMatrix::from_fn(n, p, |i, j| columns[j][i] * widths[j]);
-        let precision = jacobian.tr_mul(&jacobian) + DMatrix::identity(p, p);
-        let (volume, spread) = match precision.cholesky() {
-            Some(factor) if p > 0 => (factor.ln_determinant(), factor.inverse().diagonal()),
-            _ => (0.0, DVector::from_element(p, 1.0)),
-        };
-        let ln_k = self.noise.ln();
-        let cost = square(&data) + 2.0 * n as f64 * ln_k + (ln_k / scatter).powi(2) + square(&prior) + volume;
-        let readings = predict(self.surface, &values, &self.task.table.depths_mm);
-        let freedom = (n as f64 - p as f64).max(1.0);
-        let stated = square(&data) * self.noise * self.noise;
-        let p_misfit = ChiSquared::new(freedom).map_or(1.0, |chi| chi.sf(stated));
-        Fitted {
-            model: model.clone(),
-            free: self.free.iter().zip(&widths).enumerate().map(|(j, (p, w))| (*p, w * spread[j].sqrt())).collect(),
-            rms_percent: rms_percent(&self.task.numbers, &readings),
-            readings,
-            cost,
-            noise: self.noise,
-            p_misfit,
-            values,
-        }
-    }
 }
 
-impl least_squares::Model for LeastSquares<'_, '_> {
+impl Model for Weighted<'_, '_> {
     fn residuals(&mut self, x: &[f64]) -> Result<Vec<f64>, IdentifyError> {
-        let values = self.at(x);
-        let mut out = self.data_residuals(&values);
-        out.extend(self.prior_residuals(&values));
-        Ok(out)
+        Ok(Weighted::residuals(self, &self.at(x)))
     }
 
     fn jacobian(&mut self, x: &[f64]) -> Result<Vec<Vec<f64>>, IdentifyError> {
-        let mut columns = self.columns(&self.at(x));
-        for (j, column) in columns.iter_mut().enumerate() {
-            let own = 1.0 / self.task.prior_sd(self.free[j]);
-            column.extend((0..self.free.len()).map(|i| if i == j { own } else { 0.0 }));
-        }
-        Ok(columns)
+        Ok(self.columns(&self.at(x)))
     }
 }
 

@@ -2,22 +2,20 @@
 //!
 //! Main function: [`diagnose`].
 
-use fingerpad_fe::experiment::Config;
+use fingerpad_fe::experiment::{Config, ConfigError};
 use fingerpad_fe::load_path::Clearance;
 
-use super::TableError;
 use super::corrected::CorrectedFinger;
-use super::finding_builder::{Before, FindingBuilder};
+use super::effects::{EFFECTS, Effect, Parameter, Values, effect_named};
 use super::finite_elements::FiniteElements;
-use super::fit::{Model, Task};
+use super::fit::Task;
 use super::measured::MeasuredTable;
-use super::outcome::{FiniteElementsUsed, TableReport};
-use super::parameters::{Effect, Parameter, Values};
-use super::reading::{Elastic, Surface, place_of, predict, read};
-use super::search::{Search, exact, testable};
+use super::reading::Surface;
+use super::report::{Before, Results};
+use super::search::{search, weigh};
+use super::section::{FiniteElementsUsed, TableReport};
 use super::surface::FittedSurface;
-use super::verdict::Answer;
-use crate::{Evaluator, FeModel, Hooks, LawPoint, Settings, StateCache};
+use crate::{Evaluator, FeModel, Hooks, IdentifyError, LawPoint, Settings, StateCache};
 
 /// Deepest place as a share of the clearance under the bone.
 const ROOM: f64 = 0.8;
@@ -52,125 +50,91 @@ pub struct Finding {
 /// Diagnoses a table. Finished slides are stored in `cache` and read from there.
 ///
 /// # Errors
-/// [`TableError`]; [`TableError::Fe`] with `Interrupted` if the caller requested the end.
-pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Finding, TableError> {
-    let config = input.config;
+/// [`IdentifyError`]; `Interrupted` if the caller requested the end.
+pub fn diagnose(input: &Input, cache: StateCache, hooks: &Hooks) -> Result<Finding, IdentifyError> {
+    let (config, table) = (input.config, &input.table);
     if config.volume.is_some() || config.imported.is_some() {
-        return Err(TableError::Geometry(
+        return Err(IdentifyError::Table(
             "the table is compared with a parametric finger (--shape): of a volume or a mesh neither size nor bone \
              clearance can be varied"
                 .into(),
         ));
     }
-    config.friction.check().map_err(fingerpad_fe::experiment::ConfigError::Friction)?;
+    config.friction.check().map_err(ConfigError::Friction)?;
     let shape = config.fingertip_shape()?;
     let evaluator = Evaluator::new(config, input.settings, cache, hooks, input.jobs);
     let finger = evaluator.finger(&shape, f64::INFINITY)?;
-    let deepest_mm = ROOM * Clearance::of(&finger).depth_mm;
-    let table = &input.table;
-    check_depths(table, deepest_mm)?;
     let problem = config.problem(&finger);
     let mut fe = FiniteElements {
         evaluator: &evaluator,
         fe_model: FeModel::new(&evaluator, &shape, &problem),
-        shape: shape.clone(),
-        base: config.friction,
-        deepest_mm,
+        deepest_mm: ROOM * Clearance::of(&finger).depth_mm,
         expected: 0,
         requested: 0,
     };
+    if let Some(deepest) = table.depths_mm.last().filter(|deepest| !(**deepest < fe.deepest_mm)) {
+        return Err(IdentifyError::Table(format!(
+            "depth_mm {deepest} is too near to the bone (at most {:.2} mm on this finger); are columns or units mixed up, or is \
+             the finger another (--shape)?",
+            fe.deepest_mm
+        )));
+    }
     let law = LawPoint::of(&config.friction);
-    let surface = fe.surface(&law, &table.depths_mm, true)?;
-    let published = Values::without_effects(table.depths_mm.len(), law.tau_ref_kpa, law.beta, law.tau0_share);
+    let fitted = fe.surface(&law, &table.depths_mm)?;
+    let surface = |place: &_| fitted.at(place);
+    let published = Values::without_effects(table.depths_mm.len(), &law);
     let calibrated = calibrate(table, &surface, &published)?;
-    let (effects, untested) = testable(table, &surface);
-    let search = Search { task: Task::all(table, calibrated.clone(), published.clone()), surface: &surface, effects };
+    let task = Task::all(table, &surface, calibrated.clone(), published.clone());
+    let untested = untestable(table, &fitted);
+    let testable: Vec<_> = EFFECTS.iter().filter(|effect| untested.iter().all(|(no, _)| no != effect)).collect();
     // Three rounds for each single effect, and as many for the best pairs.
-    fe.expected = fe.requested + 3 * (search.effects.len() + 8) * table.depths_mm.len();
-    let candidates = search.run(&mut |values| exact(&mut fe, &table.depths_mm, values))?;
-    let answer = Answer::of(table, &candidates);
-    let before = Before {
-        as_given: readings(&mut fe, &surface, &table.depths_mm, &published)?,
-        calibrated: readings(&mut fe, &surface, &table.depths_mm, &calibrated)?,
-        published,
-        calibration: calibrated,
+    fe.expected = fe.requested + 3 * (testable.len() + 8) * table.depths_mm.len();
+    let candidates = search(&task, &testable, &mut |values| fe.at_values(&table.depths_mm, values))?;
+    let mut before = |values: Values| -> Result<Before, IdentifyError> {
+        let exact = fe.at_values(&table.depths_mm, &values)?;
+        let task = exact.map_or_else(|| task.clone(), |exact| task.shifted(&values, &exact));
+        let readings = task.predict(&values);
+        Ok((values, readings))
     };
+    let (published, calibrated) = (before(published)?, before(calibrated)?);
     let used = FiniteElementsUsed {
         shape: config.shape.0.clone(),
         mesh_preset: format!("{:?}", config.mesh_preset).to_lowercase(),
         nodes: finger.mesh.nodes.len(),
         computed: evaluator.computed(),
-        regression_percent: surface.rms.map(|r| 100.0 * r),
+        regression_percent: fitted.rms.map(|r| 100.0 * r),
     };
-    let finding_builder = FindingBuilder {
-        input,
-        shape: &shape,
-        surface: &surface,
-        candidates: &candidates,
-        answer: &answer,
-        before: &before,
-    };
-    Ok(finding_builder.finding(used, &untested))
+    let (verdict, contenders) = weigh(table, &candidates);
+    let results = Results { input, task: &task, candidates, verdict, contenders, published, calibrated, untested };
+    Ok(results.finding(used, &shape))
 }
 
-fn check_depths(table: &MeasuredTable, deepest_mm: f64) -> Result<(), TableError> {
-    match table.depths_mm.last() {
-        Some(&deepest) if !(deepest < deepest_mm) => Err(TableError::TooLittle(format!(
-            "depth_mm {deepest} is too near to the bone (at most {deepest_mm:.2} mm on this finger); are columns or \
-             units mixed up, or is the finger another (--shape)?"
-        ))),
-        _ => Ok(()),
-    }
+/// Effects that the table or the finger does not allow to test, and why.
+fn untestable(table: &MeasuredTable, surface: &FittedSurface) -> Vec<(&'static Effect, String)> {
+    let rigid = "the finger's geometry has no bone clearance that can be varied";
+    let reason = |effect: &'static Effect| match effect.name {
+        "geometry" if !surface.has_bone_terms() => Some((effect, rigid.to_owned())),
+        _ => Some((effect, effect.lacks(|quantity| table.has(quantity))?)),
+    };
+    EFFECTS.iter().filter_map(reason).collect()
 }
 
 /// Stiffness and touch point from normal force and area, under the power law through the table's mean stresses: as
 /// `identify` calibrates. If the table has neither, the finger is unchanged.
-fn calibrate(table: &MeasuredTable, surface: &dyn Surface, published: &Values) -> Result<Values, TableError> {
-    let law = mean_field(table);
-    let start = law.map_or_else(
+fn calibrate(table: &MeasuredTable, surface: &Surface, published: &Values) -> Result<Values, IdentifyError> {
+    let start = table.mean_field().map_or_else(
         || published.clone(),
-        |[strength_kpa, beta]| {
-            published.clone().with(Parameter::LnStrength, strength_kpa.ln()).with(Parameter::Exponent, beta)
+        |law| {
+            Values::without_effects(table.depths_mm.len(), &LawPoint { tau0_share: published.law().tau0_share, ..law })
         },
     );
-    let mut task = Task::all(table, start.clone(), start);
+    let mut task = Task::all(table, surface, start.clone(), start.clone());
     task.numbers.retain(|m| m.quantity < 2);
     if task.numbers.len() < 3 {
         return Ok(published.clone());
     }
-    let fitted = task.fit(surface, &Model::alone(&[Effect::TissueStiffness, Effect::DepthZero]))?;
-    let taken = [Parameter::LnStiffness, Parameter::DepthOffset];
-    Ok(taken.iter().fold(published.clone(), |values, p| values.with(*p, fitted.values.get(*p))))
-}
-
-/// Strength at 5 kPa (kPa) and exponent of the power law through mean shear stress over mean pressure of the table's rows.
-fn mean_field(table: &MeasuredTable) -> Option<[f64; 2]> {
-    let stresses: Vec<[f64; 2]> = (table.rows.iter())
-        .filter_map(|r| {
-            let (n, a, mu) = (r.normal_force_n?.value, r.contact_area_mm2?.value, r.friction_coefficient?.value);
-            Some([(200.0 * n / a).ln(), (1e3 * mu * n / a).ln()])
-        })
-        .collect();
-    let count = stresses.len() as f64;
-    let mean = |k: usize| stresses.iter().map(|s| s[k]).sum::<f64>() / count;
-    let (x, y) = (mean(0), mean(1));
-    let spread: f64 = stresses.iter().map(|s| (s[0] - x).powi(2)).sum();
-    let beta = stresses.iter().map(|s| (s[0] - x) * (s[1] - y)).sum::<f64>() / spread;
-    (stresses.len() > 1 && spread > 1e-6 && beta.is_finite()).then(|| {
-        let beta = beta.clamp(-0.2, 0.9);
-        [(y - beta * x).exp(), beta]
-    })
-}
-
-/// Readings by the finite elements, or by the regression if a slide is not found.
-fn readings(
-    fe: &mut FiniteElements,
-    surface: &FittedSurface,
-    depths_mm: &[f64],
-    values: &Values,
-) -> Result<Vec<[f64; 3]>, TableError> {
-    let Some(exact) = exact(fe, depths_mm, values)? else { return Ok(predict(surface, values, depths_mm)) };
-    let one =
-        |(slot, elastic): (usize, &Elastic)| read(values, &place_of(values, depths_mm[slot], slot).1.apply(elastic));
-    Ok(exact.iter().enumerate().map(one).collect())
+    let constants = ["tissue_stiffness", "depth_zero"].map(effect_named);
+    let found = task.fit_from(&constants, false, start)?.values;
+    let taken = [Parameter::LN_STIFFNESS, Parameter::DEPTH_OFFSET];
+    Ok(taken.into_iter().fold(published.clone(), |values, p| values.with(p, found[p])))
 }

@@ -1,15 +1,15 @@
-//! Every candidate alone and in pairs, checked by the finite elements, each depth left out in turn.
+//! Every candidate alone and in pairs, checked by the finite elements, each depth left out in turn; and the verdict.
 //!
-//! Main function: [`search`].
+//! Main type: [`Candidate`]; main functions: [`search`], [`weigh`].
 
-use super::TableError;
-use super::finite_elements::FiniteElements;
-use super::fit::{Fitted, Model, Task, rms_percent};
+use fingerpad_diagnose::{INDISTINGUISHABLE, STRUCTURE_P, Verdict};
+use serde::Serialize;
+
+use super::effects::{Effect, Values};
+use super::fit::{Fitted, Task, rms_percent};
 use super::measured::MeasuredTable;
-use super::parameters::{Effect, Values};
-use super::reading::{Elastic, Surface, place_of, predict};
-use super::surface::{Corrected, FittedSurface};
-use super::verdict::APART;
+use super::reading::Elastic;
+use crate::IdentifyError;
 
 /// Rounds in which a fit and the finite elements at its end settle.
 const CHECK_ROUNDS: usize = 3;
@@ -20,164 +20,160 @@ const CHECKED_PAIRS: usize = 6;
 /// Excess of a pair's cost beyond which it is not checked.
 const FAR: f64 = 12.0;
 
-/// A model, fitted.
-#[derive(Clone, Debug)]
+/// Effects beside the finger's constants.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
+    /// Name; of a pair both names joined by `+`, of the finger's constants alone `constants`.
+    pub name: String,
     /// The fit beside the constants of the finger.
+    #[serde(flatten)]
     pub fitted: Fitted,
-    /// Root mean square difference where the effects alone move, %.
+    /// Root mean square gap with the effects free and the finger as calibrated, %.
     pub alone_rms_percent: f64,
-    /// Root mean square error at depths left out and predicted, %; `None` if too little is left to fit.
+    /// Root mean square error at depths that were left out and predicted, %; none if too little is left to fit.
     pub left_out_rms_percent: Option<f64>,
-    /// Whether the numbers are those of finite elements at the fit's end, not of the surface.
-    pub checked: bool,
+    /// −2 log evidence above that of the best candidate.
+    pub delta_2le: f64,
+    /// Names of the other candidates that explain the table as well.
+    pub explains_as_much: Vec<String>,
+    /// Whether the numbers are those of finite elements at the fit's end; otherwise of the regression.
+    pub by_finite_elements: bool,
 }
 
-/// The finite elements at the ends of the fits, if there are any; tests have surfaces only.
-pub type Check<'c> = dyn FnMut(&Values) -> Result<Option<Vec<Elastic>>, TableError> + 'c;
+impl Candidate {
+    fn has(&self, name: &str) -> bool {
+        self.fitted.effects.iter().any(|e| e.name == name)
+    }
 
-/// Inputs of the search.
-pub struct Search<'a> {
-    /// Table, start, prior.
-    pub task: Task<'a>,
-    /// The regression.
-    pub surface: &'a dyn Surface,
-    /// Effects that can be tested.
-    pub effects: Vec<Effect>,
+    fn is_within(&self, other: &Self) -> bool {
+        self.fitted.effects.len() < other.fitted.effects.len() && self.fitted.effects.iter().all(|e| other.has(e.name))
+    }
+
+    /// Whether its effects include a constant of the finger, which is in every model.
+    fn names_a_constant(&self) -> bool {
+        self.fitted.effects.iter().any(|e| e.is_constant())
+    }
 }
 
-/// Effects that the table and the finger allow to test, and why others are not.
-pub fn testable(table: &MeasuredTable, surface: &FittedSurface) -> (Vec<Effect>, Vec<(Effect, String)>) {
-    let mut no = Vec::new();
-    let (force, friction) = (table.has(0), table.has(2));
-    for effect in Effect::ALL {
-        let lacking = match effect {
-            Effect::NormalForceZero | Effect::Adhesion if !force && !friction => "no column of forces",
-            Effect::SensorTilt | Effect::Tau0 | Effect::Exponent if !friction => "no column friction_coefficient",
-            Effect::TissueStiffness | Effect::StrainStiffening if !force => "no column normal_force_n",
-            Effect::Geometry if !surface.has_bone_terms() => {
-                "the finger's geometry has no bone clearance that can be varied"
-            }
-            _ => continue,
+/// The finite elements at the values of a fit; none if a slide is not found. Tests have surfaces only.
+pub type Check<'c> = dyn FnMut(&Values) -> Result<Option<Vec<Elastic>>, IdentifyError> + 'c;
+
+/// The finger's constants alone, then every effect, then every pair, in the order of the effects.
+///
+/// * `effects`: those that can be tested
+pub fn search(task: &Task, effects: &[&'static Effect], check: &mut Check) -> Result<Vec<Candidate>, IdentifyError> {
+    let mut models = vec![vec![]];
+    models.extend(effects.iter().map(|e| vec![*e]));
+    models.extend((0..effects.len()).flat_map(|i| effects[i + 1..].iter().map(move |b| vec![effects[i], *b])));
+    let mut out: Vec<Candidate> = models.iter().map(|model| task.candidate(model, false)).collect::<Result<_, _>>()?;
+    for k in to_check(&out) {
+        out[k] = checked(task.clone(), &models[k], check)?;
+    }
+    Ok(out)
+}
+
+/// A candidate whose fit and the finite elements at its end agree.
+fn checked(mut task: Task, effects: &[&'static Effect], check: &mut Check) -> Result<Candidate, IdentifyError> {
+    let mut settled = false;
+    for _ in 0..CHECK_ROUNDS {
+        let fitted = task.fit(effects)?;
+        let Some(exact) = check(&fitted.values)? else { break };
+        let next = task.shifted(&fitted.values, &exact);
+        let before = |k: usize| task.shift.get(k).map_or([0.0; 3], |shift| shift.1);
+        let changes = next.shift.iter().enumerate().flat_map(|(k, (_, new))| [0, 1, 2].map(|q| new[q] - before(k)[q]));
+        let moved = changes.fold(0.0, |most: f64, change| most.max(change.abs()));
+        (task, settled) = (next, true);
+        if moved < SETTLED {
+            break;
+        }
+    }
+    task.candidate(effects, settled)
+}
+
+/// Indices of the candidates that the finite elements check: all without a pair; the best pairs that hold no effect which
+/// explains as much by itself; and the best effect with errors of single depths, which no table is free of.
+fn to_check(candidates: &[Candidate]) -> Vec<usize> {
+    let cost = |k: &usize| candidates[*k].fitted.cost;
+    let by_cost = |a: &usize, b: &usize| cost(a).total_cmp(&cost(b));
+    let least = (0..candidates.len()).map(|k| cost(&k)).fold(f64::INFINITY, f64::min);
+    let (singles, pairs): (Vec<usize>, Vec<usize>) =
+        (0..candidates.len()).partition(|k| candidates[*k].fitted.effects.len() < 2);
+    let near = |k: &&usize| cost(k) < least + INDISTINGUISHABLE;
+    let suffices =
+        |pair: &usize| singles[1..].iter().filter(near).any(|k| candidates[*k].is_within(&candidates[*pair]));
+    // A constant in a pair adds no freedom, because the constants are fitted anyway.
+    let of_interest = |k: &&usize| !candidates[**k].names_a_constant() && !suffices(k) && cost(k) < least + FAR;
+    let mut checked: Vec<usize> = pairs.iter().filter(of_interest).copied().collect();
+    checked.sort_by(by_cost);
+    checked.truncate(CHECKED_PAIRS);
+    let named =
+        singles[1..].iter().filter(|k| !candidates[**k].names_a_constant() && !candidates[**k].has("depth_errors"));
+    if let Some(best) = named.copied().min_by(by_cost) {
+        let beside = |k: &&usize| candidates[best].is_within(&candidates[**k]) && candidates[**k].has("depth_errors");
+        checked.extend(pairs.iter().filter(beside));
+    }
+    [singles, checked].concat()
+}
+
+impl Task<'_> {
+    fn candidate(&self, effects: &[&'static Effect], by_finite_elements: bool) -> Result<Candidate, IdentifyError> {
+        let fitted = self.fit(effects)?;
+        let alone_rms_percent = match effects {
+            [] => rms_percent(&self.numbers, &self.predict(&self.start)),
+            _ => self.fit_from(effects, false, self.start.clone())?.rms_percent,
         };
-        no.push((effect, lacking.to_owned()));
-    }
-    (Effect::ALL.into_iter().filter(|e| no.iter().all(|(n, _)| n != e)).collect(), no)
-}
-
-impl Search<'_> {
-    /// The finger's constants alone, then every effect, then every pair, in the order of [`Effect::ALL`].
-    ///
-    /// # Errors
-    /// [`TableError`].
-    pub fn run(&self, check: &mut Check) -> Result<Vec<Candidate>, TableError> {
-        let effects: Vec<Effect> = self.effects.clone();
-        let mut models = vec![vec![]];
-        models.extend(effects.iter().map(|e| vec![*e]));
-        for (i, a) in effects.iter().enumerate() {
-            models.extend(effects[i + 1..].iter().map(|b| vec![*a, *b]));
-        }
-        let mut out: Vec<Candidate> = Vec::new();
-        for effects in &models {
-            out.push(self.candidate(effects, self.surface, false)?);
-        }
-        for k in self.to_check(&out) {
-            out[k] = self.checked(&models[k], check)?;
-        }
-        Ok(out)
-    }
-
-    /// All without a pair; the best pairs that hold no effect which explains as much by itself; and the best effect with
-    /// errors of single depths, which no table is free of.
-    fn to_check(&self, candidates: &[Candidate]) -> Vec<usize> {
-        let cost = |k: &usize| candidates[*k].fitted.cost;
-        let effects = |k: &usize| &candidates[*k].fitted.model.effects;
-        let least = (0..candidates.len()).map(|k| cost(&k)).fold(f64::INFINITY, f64::min);
-        let singles: Vec<usize> = (0..candidates.len()).filter(|k| effects(k).len() < 2).collect();
-        let near = |e: &Effect| singles.iter().any(|k| effects(k) == &[*e] && cost(k) < least + APART);
-        // A constant in a pair adds no freedom, because the constants are fitted anyway.
-        let own = |k: &usize| effects(k).len() == 2 && !effects(k).iter().any(|e| e.is_constant() || near(e));
-        let mut pairs: Vec<usize> = (0..candidates.len()).filter(|k| own(k) && cost(k) < least + FAR).collect();
-        pairs.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        pairs.truncate(CHECKED_PAIRS);
-        let free = singles.iter().filter(|k| effects(k).iter().any(|e| !e.is_constant() && *e != Effect::DepthErrors));
-        let best = free.min_by(|a, b| cost(a).total_cmp(&cost(b))).map(|k| effects(k)[0]);
-        let with_depths = |k: &usize| {
-            effects(k).len() == 2
-                && best.is_some_and(|b| effects(k).contains(&b) && effects(k).contains(&Effect::DepthErrors))
-        };
-        let mut out = singles;
-        out.extend(pairs);
-        out.extend((0..candidates.len()).filter(with_depths));
-        out
-    }
-
-    /// A model on a surface.
-    fn candidate(&self, effects: &[Effect], surface: &dyn Surface, checked: bool) -> Result<Candidate, TableError> {
-        let model = Model::beside_constants(effects);
-        let fitted = self.task.fit(surface, &model)?;
-        let alone = self.task.fit_from(surface, &Model::alone(effects), self.task.start.clone())?;
-        let left_out_rms_percent = self.leave_out(surface, &model, &fitted.values)?;
-        Ok(Candidate { fitted, alone_rms_percent: alone.rms_percent, left_out_rms_percent, checked })
-    }
-
-    /// A model whose fit and the finite elements at its end agree.
-    fn checked(&self, effects: &[Effect], check: &mut Check) -> Result<Candidate, TableError> {
-        let model = Model::beside_constants(effects);
-        let depths = &self.task.table.depths_mm;
-        let mut shift = vec![[0.0; 3]; depths.len()];
-        let mut at = depths.clone();
-        let mut settled = false;
-        for _ in 0..CHECK_ROUNDS {
-            let surface = Corrected { surface: self.surface, depths_mm: at.clone(), shift: shift.clone() };
-            let fitted = self.task.fit(&surface, &model)?;
-            let Some(exact) = check(&fitted.values)? else { break };
-            let places: Vec<_> = (0..depths.len()).map(|k| place_of(&fitted.values, depths[k], k).0).collect();
-            at = places.iter().map(|p| p.depth_mm).collect();
-            let mut moved: f64 = 0.0;
-            for (k, place) in places.iter().enumerate() {
-                let plain = self.surface.at(place);
-                let (a, b) = (exact[k], plain);
-                let new = [a.normal_n / b.normal_n, a.area_mm2 / b.area_mm2, a.friction_n / b.friction_n].map(f64::ln);
-                (0..3).for_each(|q| moved = moved.max((new[q] - shift[k][q]).abs()));
-                shift[k] = new;
-            }
-            settled = true;
-            if moved < SETTLED {
-                break;
-            }
-        }
-        self.candidate(effects, &Corrected { surface: self.surface, depths_mm: at, shift }, settled)
+        let name = effects.iter().map(|e| e.name).collect::<Vec<_>>().join("+");
+        Ok(Candidate {
+            name: if name.is_empty() { "constants".into() } else { name },
+            alone_rms_percent,
+            left_out_rms_percent: self.leave_out(&fitted)?,
+            fitted,
+            delta_2le: 0.0,
+            explains_as_much: Vec::new(),
+            by_finite_elements,
+        })
     }
 
     /// Fits without each depth in turn and predicts it.
-    fn leave_out(&self, surface: &dyn Surface, model: &Model, from: &Values) -> Result<Option<f64>, TableError> {
-        let table = self.task.table;
+    fn leave_out(&self, fitted: &Fitted) -> Result<Option<f64>, IdentifyError> {
         let mut sum = 0.0;
-        for slot in 0..table.depths_mm.len() {
-            let part = self.task.without(slot);
-            if part.numbers.len() < model.free(table.depths_mm.len()).len().min(4) {
+        for slot in 0..self.table.depths_mm.len() {
+            let mut part = self.clone();
+            part.numbers.retain(|m| m.slot != slot);
+            if part.numbers.len() < fitted.freedoms.min(4) {
                 return Ok(None);
             }
-            let fitted = part.fit_from(surface, model, from.clone())?;
             // An error of this depth alone cannot be estimated from the others; its prior sets it to zero.
-            let readings = predict(surface, &fitted.values, &table.depths_mm);
-            let own: Vec<_> = self.task.numbers.iter().copied().filter(|m| m.slot == slot).collect();
-            sum += rms_percent(&own, &readings).powi(2) * own.len() as f64;
+            let refit = part.fit_from(&fitted.effects, true, fitted.values.clone())?;
+            let own: Vec<_> = self.numbers.iter().copied().filter(|m| m.slot == slot).collect();
+            sum += rms_percent(&own, &refit.readings).powi(2) * own.len() as f64;
         }
-        Ok(Some((sum / self.task.numbers.len() as f64).sqrt()))
+        Ok(Some((sum / self.numbers.len() as f64).sqrt()))
     }
 }
 
-/// The finite elements at the values of a fit; `None` if one of the slides is not found.
-///
-/// # Errors
-/// [`TableError`].
-pub fn exact(fe: &mut FiniteElements, depths_mm: &[f64], values: &Values) -> Result<Option<Vec<Elastic>>, TableError> {
-    let places: Vec<_> = (0..depths_mm.len()).map(|k| place_of(values, depths_mm[k], k).0).collect();
-    if places.iter().any(|p| p.depth_mm > fe.deepest_mm || !(p.depth_mm > 0.1)) {
-        return Ok(None);
-    }
-    // Strain stiffening gives each depth a law of its own on the unscaled finger.
-    Ok(fe.at(0, &places)?.into_iter().collect())
+/// Gain over the finger's constants alone that the best explanation needs before any is reported, and the gain for
+/// naming a single one. It is an evidence, from which the number of parameters is already taken off.
+const GAIN: f64 = 8.0;
+/// Factor on assumed errors beyond which nothing explains the table: cells off by 12 %.
+const ASSUMED_NOISE: f64 = 2.4;
+
+/// The verdict on the candidates, of which the first is the one without effects; and the indices of those that the table
+/// cannot distinguish from the best one, which is the first. Where no effect is claimed that is the one without.
+pub fn weigh(table: &MeasuredTable, candidates: &[Candidate]) -> (Verdict, Vec<usize>) {
+    let cost = |k: usize| candidates[k].fitted.cost;
+    let judged = || (0..candidates.len()).filter(|k| !candidates[*k].names_a_constant());
+    let top = judged().map(cost).fold(f64::INFINITY, f64::min);
+    let near: Vec<usize> = judged().filter(|k| cost(*k) < top + INDISTINGUISHABLE).collect();
+    // Of two explanations one of which holds the other, the smaller one suffices.
+    let needless = |k: &usize| near.iter().any(|other| candidates[*other].is_within(&candidates[*k]));
+    let mut contenders: Vec<usize> = near.iter().copied().filter(|k| !needless(k)).collect();
+    // The fewest effects first.
+    let effects = |k: usize| candidates[k].fitted.effects.len();
+    contenders.sort_by(|a, b| effects(*a).cmp(&effects(*b)).then(cost(*a).total_cmp(&cost(*b))));
+    let best = &candidates[contenders[0]].fitted;
+    let left = if table.has_spread() { best.p_misfit < STRUCTURE_P } else { best.noise > ASSUMED_NOISE };
+    let claimed = !best.effects.is_empty() && cost(0) - top >= GAIN;
+    let verdict = Verdict::of(left, claimed, contenders.len() > 1 || cost(0) - best.cost < GAIN);
+    (verdict, if verdict == Verdict::None { vec![0] } else { contenders })
 }

@@ -9,10 +9,10 @@ use nalgebra::DMatrix;
 
 use fingerpad_fe::contact::{FrictionLaw, RubberFriction};
 
-use super::reading::{Elastic, ElasticPlace, Surface};
+use super::reading::{Elastic, ElasticPlace};
 use crate::LawPoint;
 
-/// Terms of the regression over depth and law, and over depth and bone clearance.
+/// Terms of the regression over depth and law, and those of the bone clearance.
 const LAW_TERMS: usize = 18;
 const BONE_TERMS: usize = 4;
 
@@ -20,176 +20,110 @@ const BONE_TERMS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct FittedSurface {
     base: RubberFriction,
-    /// Middle of the depths (logarithm) and of the laws.
-    middle: (f64, LawPoint),
-    /// Ranges of ln depth, ln strength, beta and share of tau_0 beyond which it is continued along its edge's slope.
-    range: [[f64; 2]; 4],
+    /// Ln depth, ln strength, beta, share of tau_0 and bone clearance at the middle.
+    middle: [f64; 5],
+    /// Their ranges; beyond these the regression is continued along its edge's slope.
+    range: [[f64; 2]; 5],
     /// Coefficients of the three logarithms; shape (terms, 3).
-    law: DMatrix<f64>,
-    bone: Option<DMatrix<f64>>,
+    coefficients: DMatrix<f64>,
     /// Root mean square residuals of the three logarithms.
     pub rms: [f64; 3],
 }
 
-/// The three logarithms that are regressed.
-fn logarithms(elastic: &Elastic, law: &LawPoint, base: &RubberFriction) -> [f64; 3] {
-    let pressure = elastic.normal_n / elastic.area_mm2;
-    let stress = elastic.friction_n / elastic.area_mm2;
-    let strength = law.friction(base).strength(pressure).0;
-    [elastic.normal_n.ln(), elastic.area_mm2.ln(), (stress / strength).ln()]
-}
-
 impl FittedSurface {
-    /// The regression through `answers`; one with another bone clearance than 0 requires one with clearance 0 at the
-    /// same law.
+    /// The regression through `answers`, the first of which is at the middle law: of depth and law through those with the
+    /// given bone clearance, of the bone clearance through what it leaves of the others.
     ///
     /// None if there are fewer responses than terms.
     pub fn through(answers: &[(ElasticPlace, Elastic)], base: RubberFriction) -> Option<Self> {
-        let (plain, moved): (Vec<_>, Vec<_>) = answers.iter().partition(|(place, _)| place.bone_mm == 0.0);
-        if plain.len() < LAW_TERMS + 4 {
-            return None;
-        }
-        let coordinates: Vec<[f64; 4]> = plain.iter().map(|(place, _)| coordinates(place)).collect();
-        let range: [[f64; 2]; 4] = std::array::from_fn(|k| {
-            let values = || coordinates.iter().map(|c| c[k]);
-            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+        let (plain, moved): (Vec<_>, Vec<_>) = answers.iter().copied().partition(|(place, _)| place.bone_mm == 0.0);
+        let range = std::array::from_fn(|k| {
+            let ends = answers.iter().map(|(place, _)| coordinates(place)[k]);
+            [ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max)]
         });
-        let first = &plain[0].0;
-        let middle = (0.5 * (range[0][0] + range[0][1]), first.law);
-        let mut out = Self { base, middle, range, law: DMatrix::zeros(LAW_TERMS, 3), bone: None, rms: [0.0; 3] };
-        let matrix = DMatrix::from_fn(plain.len(), LAW_TERMS, |i, j| out.law_terms(&coordinates[i])[j]);
-        let wanted = DMatrix::from_fn(plain.len(), 3, |i, k| logarithms(&plain[i].1, &plain[i].0.law, &base)[k]);
-        out.law = solve(&matrix, &wanted)?;
-        let left = &matrix * &out.law - &wanted;
+        let [least, most]: [f64; 2] = range[0];
+        let mut middle = coordinates(&plain.first()?.0);
+        middle[0] = 0.5 * (least + most);
+        let mut out = Self { base, middle, range, coefficients: DMatrix::zeros(LAW_TERMS, 3), rms: [0.0; 3] };
+        let (law, left) = out.regression(&plain, 0, LAW_TERMS)?;
         out.rms = std::array::from_fn(|k| (left.column(k).norm_squared() / plain.len() as f64).sqrt());
+        out.coefficients = law;
         if moved.len() >= BONE_TERMS {
-            let terms = |i: usize| out.bone_terms(self::coordinates(&moved[i].0)[0], moved[i].0.bone_mm);
-            let matrix = DMatrix::from_fn(moved.len(), BONE_TERMS, |i, j| terms(i)[j]);
-            // Against the response at the same depth and law without the change, so that the kinks of the mesh at one
-            // place do not count twice.
-            let wanted = DMatrix::from_fn(moved.len(), 3, |i, k| {
-                let (place, elastic) = moved[i];
-                let same = plain.iter().find(|(p, _)| p.depth_mm == place.depth_mm && p.law == place.law);
-                let from = same.map_or_else(|| out.at(&ElasticPlace { bone_mm: 0.0, ..place }), |(_, e)| *e);
-                logarithms(&elastic, &place.law, &base)[k] - logarithms(&from, &place.law, &base)[k]
-            });
-            out.bone = Some(solve(&matrix, &wanted)?);
+            let (bone, _) = out.regression(&moved, LAW_TERMS, BONE_TERMS)?;
+            out.coefficients = out.coefficients.resize_vertically(LAW_TERMS + BONE_TERMS, 0.0);
+            out.coefficients.rows_mut(LAW_TERMS, BONE_TERMS).copy_from(&bone);
         }
         Some(out)
     }
 
+    /// Coefficients of some terms by least squares, and what they leave; none if the responses do not determine them.
+    fn regression(
+        &self,
+        answers: &[(ElasticPlace, Elastic)],
+        first: usize,
+        count: usize,
+    ) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let matrix = DMatrix::from_fn(answers.len(), count, |i, j| self.terms(&coordinates(&answers[i].0))[first + j]);
+        let wanted = DMatrix::from_fn(answers.len(), 3, |i, k| {
+            let (place, elastic) = &answers[i];
+            self.logarithms(elastic, &place.law)[k] - self.logarithms_at(&coordinates(place))[k]
+        });
+        let svd = matrix.clone().svd(true, true);
+        if answers.len() < count || !(svd.singular_values.min() > 1e-9 * svd.singular_values.max()) {
+            return None;
+        }
+        let coefficients = svd.solve(&wanted, 0.0).ok()?;
+        let left = &matrix * &coefficients - &wanted;
+        Some((coefficients, left))
+    }
+
     /// Whether the bone clearance has an effect in it.
     pub fn has_bone_terms(&self) -> bool {
-        self.bone.is_some()
+        self.coefficients.nrows() > LAW_TERMS
     }
 
-    fn away(&self, c: &[f64; 4]) -> [f64; 4] {
-        let (depth, law) = &self.middle;
-        [c[0] - depth, c[1] - law.tau_ref_kpa.ln(), c[2] - law.beta, c[3] - law.tau0_share]
+    /// The three logarithms that are regressed.
+    fn logarithms(&self, [normal_n, area_mm2, friction_n]: &Elastic, law: &LawPoint) -> [f64; 3] {
+        let strength = law.friction(&self.base).strength(normal_n / area_mm2).0;
+        [normal_n.ln(), area_mm2.ln(), (friction_n / area_mm2 / strength).ln()]
     }
 
-    fn law_terms(&self, coordinates: &[f64; 4]) -> [f64; LAW_TERMS] {
-        let [t, u, b, s] = self.away(coordinates);
-        [
-            1.0,
-            t,
-            t * t,
-            t * t * t,
-            u,
-            u * t,
-            u * u,
-            u * t * t,
-            b,
-            b * t,
-            b * b,
-            b * t * t,
-            u * b,
-            s,
-            s * t,
-            s * s,
-            s * u,
-            s * b,
-        ]
-    }
-
-    fn bone_terms(&self, ln_depth: f64, bone_mm: f64) -> [f64; BONE_TERMS] {
-        let t = ln_depth - self.middle.0;
-        [bone_mm, bone_mm * t, bone_mm * t * t, bone_mm * bone_mm]
+    fn terms(&self, at: &[f64; 5]) -> [f64; LAW_TERMS + BONE_TERMS] {
+        let [t, u, b, s, g] = std::array::from_fn(|k| at[k] - self.middle[k]);
+        let of_depth = [1.0, t, t * t, t * t * t, u, u * t, u * u, u * t * t, b, b * t, b * b];
+        let others = [b * t * t, u * b, s, s * t, s * s, s * u, s * b, g, g * t, g * t * t, g * g];
+        std::array::from_fn(|k| if k < 11 { of_depth[k] } else { others[k - 11] })
     }
 
     /// The three logarithms at coordinates inside the range, or continued linearly from its edge.
-    fn logarithms_at(&self, c: &[f64; 4]) -> [f64; 3] {
-        let inside: [f64; 4] = std::array::from_fn(|k| c[k].clamp(self.range[k][0], self.range[k][1]));
-        let value = |at: &[f64; 4]| {
-            let terms = self.law_terms(at);
-            [0, 1, 2].map(|q| self.law.column(q).iter().zip(&terms).map(|(c, t)| c * t).sum::<f64>())
+    fn logarithms_at(&self, at: &[f64; 5]) -> [f64; 3] {
+        let inside: [f64; 5] = std::array::from_fn(|k| at[k].clamp(self.range[k][0], self.range[k][1]));
+        let value = |at: &[f64; 5]| {
+            let terms = self.terms(at);
+            [0, 1, 2].map(|q| self.coefficients.column(q).iter().zip(&terms).map(|(c, t)| c * t).sum::<f64>())
         };
-        let mut out = value(&inside);
-        for k in 0..4 {
-            let beyond = c[k] - inside[k];
-            if beyond != 0.0 {
-                let step = 0.02 * (self.range[k][1] - self.range[k][0]) * -beyond.signum();
-                let mut back = inside;
-                back[k] += step;
-                let (here, inner) = (value(&inside), value(&back));
-                for q in 0..3 {
-                    out[q] += beyond * (inner[q] - here[q]) / step;
-                }
-            }
+        let here = value(&inside);
+        let mut out = here;
+        for k in (0..5).filter(|k| at[*k] != inside[*k]) {
+            let beyond = at[k] - inside[k];
+            let step = 0.02 * (self.range[k][1] - self.range[k][0]) * -beyond.signum();
+            let mut back = inside;
+            back[k] += step;
+            let inner = value(&back);
+            (0..3).for_each(|q| out[q] += beyond * (inner[q] - here[q]) / step);
         }
         out
     }
-}
 
-fn coordinates(place: &ElasticPlace) -> [f64; 4] {
-    [place.depth_mm.max(1e-3).ln(), place.law.tau_ref_kpa.ln(), place.law.beta, place.law.tau0_share]
-}
-
-/// Least squares of all columns; none if the matrix is not of full rank.
-fn solve(matrix: &DMatrix<f64>, wanted: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let svd = matrix.clone().svd(true, true);
-    let largest = svd.singular_values.max();
-    if !(svd.singular_values.min() > 1e-9 * largest) {
-        return None;
-    }
-    svd.solve(wanted, 0.0).ok()
-}
-
-impl Surface for FittedSurface {
-    fn at(&self, place: &ElasticPlace) -> Elastic {
-        let c = coordinates(place);
-        let mut logs = self.logarithms_at(&c);
-        if let Some(bone) = &self.bone {
-            let ln_depth = c[0].clamp(self.range[0][0], self.range[0][1]);
-            let terms = self.bone_terms(ln_depth, place.bone_mm);
-            (0..3).for_each(|k| logs[k] += bone.column(k).iter().zip(&terms).map(|(c, t)| c * t).sum::<f64>());
-        }
-        let (normal_n, area_mm2) = (logs[0].exp(), logs[1].exp());
-        let strength = place.law.friction(&self.base).strength(normal_n / area_mm2).0;
-        Elastic { normal_n, area_mm2, friction_n: logs[2].exp() * strength * area_mm2 }
+    /// The response at a place.
+    pub fn at(&self, place: &ElasticPlace) -> Elastic {
+        let [normal, area, stress] = self.logarithms_at(&coordinates(place)).map(f64::exp);
+        let strength = place.law.friction(&self.base).strength(normal / area).0;
+        [normal, area, stress * strength * area]
     }
 }
 
-/// A surface with corrections of the three forces' logarithms per slot: those that finite elements at one point gave.
-pub struct Corrected<'a> {
-    /// The surface.
-    pub surface: &'a dyn Surface,
-    /// Depths of the slots at the point, mm.
-    pub depths_mm: Vec<f64>,
-    /// Added to ln N, ln A, ln F of the slot whose depth is nearest.
-    pub shift: Vec<[f64; 3]>,
-}
-
-impl Surface for Corrected<'_> {
-    fn at(&self, place: &ElasticPlace) -> Elastic {
-        let plain = self.surface.at(place);
-        let away = |k: &usize| (self.depths_mm[*k] - place.depth_mm).abs();
-        let near = (0..self.depths_mm.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
-        let shift = near.map_or([0.0; 3], |k| self.shift[k]);
-        Elastic {
-            normal_n: plain.normal_n * shift[0].exp(),
-            area_mm2: plain.area_mm2 * shift[1].exp(),
-            friction_n: plain.friction_n * shift[2].exp(),
-        }
-    }
+fn coordinates(place: &ElasticPlace) -> [f64; 5] {
+    let LawPoint { tau_ref_kpa, beta, tau0_share } = place.law;
+    [place.depth_mm.max(1e-3).ln(), tau_ref_kpa.ln(), beta, tau0_share, place.bone_mm]
 }

@@ -2,7 +2,7 @@
 //!
 //! Main functions: [`render`], [`summary`] and [`repetitions`] (the lines that the command prints), [`plan_csv`] (the next
 //! experiment).
-//! Computes only sums of its inputs. May use: diagnose.
+//! Computes only sums of its inputs. May use: diagnose, identify (`table`).
 
 mod captions;
 mod figures;
@@ -11,11 +11,12 @@ pub mod group;
 mod page;
 mod repeated;
 mod residual_map;
+pub mod table;
 mod words;
 
 use super::{Picture, Rendered, ReportError};
-pub(crate) use figures::width;
 use fingerpad_diagnose::{Diagnosis, Evidence, FACTORS, NextExperiment, Plot, ReducedDiagnosis, Verdict};
+use maud::html;
 pub use repeated::sentences as repetitions;
 pub use words::{cautions, summary, word};
 
@@ -72,7 +73,7 @@ pub fn render(report: &Diagnosis, evidence: &Evidence) -> Result<Rendered, Repor
     Ok(Rendered { html: page::page(report, &evidence.drivers, &figures), json, figures })
 }
 
-/// Page, numbers and figure of a diagnosis of forces alone or of a table.
+/// Page, numbers and figure of a diagnosis of forces alone.
 ///
 /// # Errors
 /// [`ReportError::Json`].
@@ -84,7 +85,7 @@ pub fn render_reduced(reduced: &ReducedDiagnosis) -> Result<Rendered, ReportErro
         Picture::wide_and_narrow("forces", title, caption, |narrow| force_plots::Scatter { plot, narrow })
     };
     let figures: Vec<_> = reduced.plot.iter().map(picture).collect();
-    Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, &figures), json, figures })
+    Ok(Rendered { html: page::reduced(&reduced.report, &reduced.sentences, &figures, &html! {}), json, figures })
 }
 
 /// Columns of the user's own that the strokes set.

@@ -101,8 +101,8 @@ fn basis() -> Markup {
     }
 }
 
-/// The page of a diagnosis that has sentences instead of figures.
-pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -> String {
+/// The page of a diagnosis that has sentences instead of figures; `more` follows the next experiment.
+pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture], more: &Markup) -> String {
     let files: Vec<String> = report.input.iter().map(words::input).collect();
     let headline = words::headline(report);
     let main = html! {
@@ -118,6 +118,7 @@ pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -
                 }
             }
             (next(report))
+            (more)
         }
     };
     document(&format!("fingerpad diagnose: {headline}"), main)
@@ -126,7 +127,7 @@ pub fn reduced(report: &Diagnosis, sentences: &[String], pictures: &[Picture]) -
 /// An effect: its formula, then with the fitted numbers, their intervals, and its evidence.
 fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
     html! {
-        h2 { (words::plain(&e.law)) " " span.meta { "(" (words::plain(&e.family)) ")" } }
+        h2 { (words::plain(&e.law)) @if e.family != e.law { " " span.meta { "(" (words::plain(&e.family)) ")" } } }
         @if !e.formula.is_empty() {
             p.formula { @if e.own.is_some() { "A law of your own: " } code { (e.formula) } }
             p.formula { "Fitted: " code { (words::fitted(e)) } }
@@ -138,8 +139,10 @@ fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
             " expected under this protocol); p = " (significant(e.p, 2)) " decides: " (significant(e.p_model, 2))
             " by the model over all laws and shapes"
             // Without runs there is nothing to be flipped.
-            @if !report.holdout.method.starts_with("none") { ", " (fixed(e.p_runs, 3)) " by sign flips over runs" }
-            @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
+            @if !report.holdout.method.starts_with("none") {
+                ", " (fixed(e.p_runs, 3)) " by sign flips over runs"
+                @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
+            }
         }
     }
 }
@@ -269,8 +272,8 @@ mod tests {
         )
         .unwrap();
         let mut found = diagnose_forces(&trace, 0.01);
-        assert!(!reduced(&found.report, &found.sentences, &[]).contains("sign flips"));
+        assert!(!reduced(&found.report, &found.sentences, &[], &html! {}).contains("sign flips"));
         found.report.holdout.method = "k-fold by run".into();
-        assert!(reduced(&found.report, &found.sentences, &[]).contains("sign flips over runs"));
+        assert!(reduced(&found.report, &found.sentences, &[], &html! {}).contains("sign flips over runs"));
     }
 }

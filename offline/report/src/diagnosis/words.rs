@@ -213,8 +213,11 @@ fn gap(gap: &CrossValidationError) -> String {
     }
 }
 
-/// The verdict in words with size and gap, or what cannot be.
+/// The verdict in words with size and gap, or what cannot be; a report that comes with a title has that.
 pub fn headline(report: &Diagnosis) -> String {
+    if !report.title.is_empty() {
+        return report.title.clone();
+    }
     if let Some(Caution { text, .. }) = report.implausible() {
         let finding = text.split_once(':').map_or(text.as_str(), |(finding, _)| finding);
         return format!("No result: {}{}", finding[..1].to_lowercase(), &finding[1..]);

@@ -47,7 +47,7 @@ const CANDIDATES: [Candidate; 6] = [
     Candidate {
         name: "size of the finger",
         parameters: &[Parameter { name: "factor on every length", shipped: 1.0, bounds: [0.75, 1.3] }],
-        finger: |p, folder| with_shape(folder, |shape| *shape = scaled(shape, p[0])),
+        finger: |p, folder| with_shape(folder, |shape| *shape = shape.scaled(p[0])),
     },
     Candidate {
         name: "tissue under the bone",
@@ -86,17 +86,6 @@ fn with_shape(folder: &Path, change: impl FnOnce(&mut FingertipShape)) -> Result
     let file = folder.join(format!("shape-{:?}.toml", std::thread::current().id()));
     std::fs::write(&file, toml::to_string(&shape)?)?;
     Ok(Config { shape: Shape(file.display().to_string()), ..Config::default() })
-}
-
-/// The shape with every length times `factor`.
-fn scaled(shape: &FingertipShape, factor: f64) -> FingertipShape {
-    let mut table = toml::Table::try_from(shape).expect("numbers");
-    for (name, value) in &mut table {
-        if let (true, Some(length)) = (name.ends_with("_mm"), value.as_float()) {
-            *value = (length * factor).into();
-        }
-    }
-    table.try_into().expect("the same fields")
 }
 
 /// Half of a band counts as two standard deviations.

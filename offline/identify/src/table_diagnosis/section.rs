@@ -1,11 +1,13 @@
 //! Result of a diagnosis of a table, as plain data: section `table` of `report.json`.
 
-use serde::{Deserialize, Serialize};
+use fingerpad_diagnose::Diagnosis;
+use fingerpad_fe::contact::RubberFriction;
+use serde::Serialize;
 
-use fingerpad_diagnose::{Diagnosis, FittedParameter};
+use super::search::Candidate;
 
 /// Report of a diagnosis of a table: the fields of every diagnosis, and those of the table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TableReport {
     /// Verdict, effects, next experiment, provenance.
     #[serde(flatten)]
@@ -15,18 +17,18 @@ pub struct TableReport {
 }
 
 /// The finite elements beside the table, cell by cell, and every candidate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TableSection {
     /// The finite elements.
     pub finite_elements: FiniteElementsUsed,
-    /// Constants before anything is added.
-    pub published: LawConstants,
+    /// The law before anything is added.
+    pub published: RubberFriction,
     /// Factor on the finger's stiffness by the calibration on normal force and area.
     pub calibrated_stiffness: f64,
     /// Depth offset by the calibration, mm.
     pub calibrated_depth_offset_mm: f64,
-    /// Constants of the corrected model.
-    pub corrected: LawConstants,
+    /// The law of the corrected model.
+    pub corrected: RubberFriction,
     /// Factor on the finger's stiffness in the corrected model.
     pub corrected_stiffness: f64,
     /// Depth offset in the corrected model, mm.
@@ -36,7 +38,7 @@ pub struct TableSection {
     /// Every number of the table.
     pub cells: Vec<CellGap>,
     /// Every effect alone and every pair.
-    pub candidates: Vec<CandidateReport>,
+    pub candidates: Vec<Candidate>,
     /// Names of the candidates that the table cannot distinguish, the best one first.
     pub contenders: Vec<String>,
     /// Factor on the stated errors that was fitted with the corrected model.
@@ -50,7 +52,7 @@ pub struct TableSection {
 }
 
 /// The finite elements of a diagnosis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FiniteElementsUsed {
     /// Shape of the finger.
     pub shape: String,
@@ -64,22 +66,11 @@ pub struct FiniteElementsUsed {
     pub regression_percent: [f64; 3],
 }
 
-/// Constants of a friction law.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LawConstants {
-    /// lambda, MPa^(1 - beta).
-    pub lambda: f64,
-    /// Exponent.
-    pub beta: f64,
-    /// Strength at zero pressure, MPa.
-    pub tau0_mpa: f64,
-}
-
 /// One step from the model as it was to the corrected one.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
     /// `as_given`, `calibrated`, `constants`, `four_constants` or `corrected`.
-    pub name: String,
+    pub name: &'static str,
     /// The free parameters, in words.
     pub words: String,
     /// Numbers that were fitted.
@@ -89,7 +80,7 @@ pub struct Step {
 }
 
 /// One number of the table with the models' predictions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellGap {
     /// Row of the table, from 1.
     pub row: usize,
@@ -98,7 +89,7 @@ pub struct CellGap {
     /// Depth that the corrected model takes, mm.
     pub corrected_depth_mm: f64,
     /// Column.
-    pub quantity: String,
+    pub quantity: &'static str,
     /// As measured.
     pub measured: f64,
     /// Standard deviation as a share of the value, as given or assumed.
@@ -117,29 +108,4 @@ pub struct CellGap {
     pub corrected_percent: f64,
     /// The measurement without the effects of the instruments.
     pub measured_corrected: f64,
-}
-
-/// A candidate beside the finger's constants.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CandidateReport {
-    /// Name; of a pair both names joined by `+`, of the finger's constants alone `constants`.
-    pub name: String,
-    /// The effects.
-    pub effects: Vec<String>,
-    /// Values with their 95 % intervals.
-    pub parameters: Vec<FittedParameter>,
-    /// Numbers that were fitted, the finger's constants included.
-    pub freedoms: usize,
-    /// Root mean square gap after, all numbers of the table, %.
-    pub rms_percent: f64,
-    /// The same with free effects and the calibrated finger, %.
-    pub alone_rms_percent: f64,
-    /// Root mean square error at depths that were left out and predicted, %.
-    pub left_out_rms_percent: Option<f64>,
-    /// −2 log evidence above that of the best candidate.
-    pub delta_2le: f64,
-    /// Names of the other candidates that explain the table as well: evidence within odds of 20 to 1.
-    pub explains_as_much: Vec<String>,
-    /// Whether the numbers are those of finite elements at the fit's end; otherwise of the regression.
-    pub by_finite_elements: bool,
 }
