@@ -29,6 +29,15 @@ def sensor(name):
     return f'<plugin name="{name}" plugin="fingerpad.contact" instance="{name}"/>'
 
 
+def with_skin(scene, **contacts):
+    """The scene with sensors of the patches: names of the sensors and of the instances whose fingers they are of."""
+    sensors = "".join(
+        f'<plugin name="{name}" plugin="fingerpad.patches"><config key="contact" value="{contact}"/></plugin>' for name, contact in contacts.items()
+    )
+    scene = scene.replace("<extension>", '<extension><plugin plugin="fingerpad.patches"/>', 1)
+    return scene.replace("</sensor>", f"{sensors}</sensor>", 1)
+
+
 def extension(*instances):
     return f'<extension><plugin plugin="fingerpad.contact">{"".join(instances)}</plugin></extension>'
 
