@@ -89,6 +89,7 @@ using Shape = fingerpad_shape;
 using Pose = fingerpad_pose;
 using Wrench = fingerpad_wrench;
 using FrameResponse = fingerpad_frame_response;
+using FramePatch = fingerpad_frame_patch;
 using Event = fingerpad_event;
 using WatchSettings = fingerpad_watch_settings;
 
@@ -535,6 +536,17 @@ public:
         FrameResponse response{};
         const std::int32_t code = fingerpad_frame_step_bed(&bed.c(), &c(), &body, dt_s, &response);
         return detail::result(code, response);
+    }
+
+    /* The patches of a pad after the last step, a tactile skin in the finger's frame: the part of `out` that was written. */
+    Result<std::span<FramePatch>> patches(const Pad &pad, std::span<FramePatch> out) const noexcept
+    {
+        PadInfo info{};
+        std::int32_t code = fingerpad_pad_describe(&pad.c(), &info);
+        if (code == FINGERPAD_OK) {
+            code = fingerpad_frame_patches(&pad.c(), &c(), out.data(), out.size());
+        }
+        return detail::result(code, code == FINGERPAD_OK ? out.first(info.patches) : std::span<FramePatch>());
     }
 
     /* Factor on all strengths, 0.1 to 5, from the next step on. */

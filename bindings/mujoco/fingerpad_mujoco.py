@@ -12,6 +12,7 @@ import ctypes
 import pathlib
 
 import mujoco
+import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
 #: Where ``cmake --build`` leaves the plugin.
@@ -41,6 +42,19 @@ OUTPUTS = (
     "damping_moment_n_mm",
     "stable_step_s",
     "semi_implicit",
+)
+#: Numbers of a patch in a sensor of the plugin ``fingerpad.patches``, in this order and in SI units; see :func:`read_patches`.
+PATCH = np.dtype(
+    [
+        ("position_m", float, 3),
+        ("force_n", float, 3),
+        ("moment_n_m", float, 3),
+        ("pressure_pa", float),
+        ("shear_pa", float, 2),
+        ("area_m2", float),
+        ("contact_area_m2", float),
+        ("stick_ratio", float),
+    ]
 )
 #: Flags of ``status``.
 STATUS = {
@@ -168,6 +182,17 @@ def read(data, sensor):
     """
     numbers = data.sensor(sensor).data.reshape(-1, len(OUTPUTS))
     return [dict(zip(OUTPUTS, map(float, row))) for row in numbers]
+
+
+def read_patches(data, sensor):
+    """The skin of a pad at the last forward pass: an array of ``PATCH``, one record a patch.
+
+    ``data``: MjData. ``sensor``: name of a sensor of the plugin ``fingerpad.patches``. Positions, forces of the geoms on the patch, and moments
+    about its middle are along the axes of the site. ``pressure_pa`` and ``shear_pa`` (along and across the finger within the face) are over
+    the patch's own area, ``area_m2``. ``stick_ratio`` is 1 where the patch sticks, 0 where it slips or touches nothing. Without the dampers.
+    The array has the memory of ``data.sensordata``. Raises KeyError for an unknown name.
+    """
+    return data.sensor(sensor).data.view(PATCH)
 
 
 def flags(status):

@@ -514,6 +514,28 @@ static void pad_requests(const fingerpad_pad *pad)
     expect_true((grip.status & FINGERPAD_STATUS_LOAD_NOT_REACHED) != 0, "no grip holds it");
 }
 
+/* The patches of a pad add up to its response. */
+static void skin(const fingerpad_pad *pad, const fingerpad_frame_contact *contact, const fingerpad_frame_response *r)
+{
+    static fingerpad_frame_patch patches[FINGERPAD_PATCHES_MAX];
+    fingerpad_pad_info info;
+    float force[3] = {0.0f, 0.0f, 0.0f}, moment[3] = {0.0f, 0.0f, 0.0f};
+    must(fingerpad_pad_describe(pad, &info), "a pad");
+    must(fingerpad_frame_patches(pad, contact, patches, info.patches), "patches in frames");
+    for (unsigned i = 0; i < info.patches; i++) {
+        for (int k = 0; k < 3; k++) {
+            const int a = (k + 1) % 3, b = (k + 2) % 3;
+            const float *at = patches[i].place_mm, *own = patches[i].force_n;
+            force[k] += own[k];
+            moment[k] += patches[i].moment_n_mm[k] + at[a] * own[b] - at[b] * own[a];
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        expect_true(fabsf(force[k] - r->on_finger.force_n[k]) < 1e-4f, "the force of the patches");
+        expect_true(fabsf(moment[k] - r->on_finger.moment_n_mm[k]) < 1e-3f, "the moment of the patches");
+    }
+}
+
 static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model)
 {
     static fingerpad_frame_contact zeroed, contact;
@@ -521,6 +543,7 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
     /* A ball below the finger in its neutral pose. */
     const fingerpad_pose below = {{4.6, 0.0, -7.97}, {0.9659258262890683, 0.0, -0.25881904510252074, 0.0}};
     const fingerpad_pose none = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}};
+    static fingerpad_frame_patch patches[FINGERPAD_PATCHES_MAX];
     fingerpad_frame_response r;
     expect(fingerpad_frame_step_pad(pad, &zeroed, &below, 1e-3f, &r), FINGERPAD_NOT_SET_UP, "a zeroed contact in frames");
     expect(fingerpad_frame_init_bed(model, shape, &contact), FINGERPAD_RANGE, "a bed on a ball");
@@ -533,6 +556,11 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
     expect_true(r.face == 1 && r.response.status == 0 && r.depth_mm > 0.5f, "a ball below the finger");
     must(fingerpad_frame_step_pad(pad, &contact, &none, 1e-3f, &r), "step to no pose");
     expect_true(r.response.status == FINGERPAD_STATUS_BAD_INPUT && r.depth_mm > 0.5f, "a quaternion of length 0 is not taken");
+    skin(pad, &contact, &r);
+    expect(fingerpad_frame_patches(pad, &zeroed, patches, FINGERPAD_PATCHES_MAX), FINGERPAD_NOT_SET_UP, "patches of a zeroed contact");
+    expect(fingerpad_frame_patches(pad, NULL, patches, FINGERPAD_PATCHES_MAX), FINGERPAD_NULL, "patches of no contact");
+    expect(fingerpad_frame_patches(pad, &contact, NULL, FINGERPAD_PATCHES_MAX), FINGERPAD_NULL, "no patches in frames");
+    expect(fingerpad_frame_patches(pad, &contact, patches, 1), FINGERPAD_BUFFER, "too few patches in frames");
     expect(fingerpad_frame_set_strength_factor(&contact, 9.0f), FINGERPAD_RANGE, "a strength factor in frames");
     expect(fingerpad_frame_set_strength_factor(&zeroed, 1.0f), FINGERPAD_NOT_SET_UP, "strength of a zeroed contact in frames");
     expect(fingerpad_frame_reshape(&contact, shape, NULL), FINGERPAD_NULL, "no pose of a new shape");
@@ -543,6 +571,8 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
     expect_true(fingerpad_frame_bytes(&zeroed) == 0, "bytes of a zeroed contact");
     /* All but the mark. */
     memset((char *)&contact + 4, 0xff, sizeof(contact) - 4);
+    must(fingerpad_frame_patches(pad, &contact, patches, FINGERPAD_PATCHES_MAX), "patches of an overwritten contact");
+    expect_true(patches[0].area_mm2 > 0.0f && patches[0].pressure_mpa == 0.0f, "an overwritten contact has no load");
     must(fingerpad_frame_step_pad(pad, &contact, &below, 1e-3f, &r), "step of an overwritten contact");
     expect_true((r.response.status & FINGERPAD_STATUS_MEMORY_LOST) && r.on_finger.force_n[2] == 0.0f, "an overwritten contact is flagged");
     shape.kind = FINGERPAD_SHAPE_BOX;
@@ -551,6 +581,7 @@ static void frame_handles(const fingerpad_pad *pad, const fingerpad_model *model
     shape.edge_radius_mm = 1.0;
     must(fingerpad_frame_init_bed(model, shape, &contact), "a bed on a box");
     must(fingerpad_frame_step_bed(model, &contact, &below, 1e-3f, &r), "step of a bed in frames");
+    expect(fingerpad_frame_patches(pad, &contact, patches, FINGERPAD_PATCHES_MAX), FINGERPAD_NOT_SET_UP, "patches of a bed in frames");
     expect(fingerpad_frame_set_bed_radius(&contact, -1.0f, 21.0f), FINGERPAD_RANGE, "a radius below 0");
     must(fingerpad_frame_set_bed_radius(&contact, 0.0f, 1000.0f), "a radius of a bed");
     shape.kind = FINGERPAD_SHAPE_SPHERE;

@@ -245,6 +245,7 @@ struct PadFrames {
     using Wrapped = fingerpad_pad;
     static constexpr auto init = fingerpad_relaxing_frame_init_pad;
     static constexpr auto step = fingerpad_frame_step_pad;
+    static constexpr bool has_patches = true;
 };
 
 struct BedFrames {
@@ -255,6 +256,7 @@ struct BedFrames {
         return fingerpad_frame_init_bed(model, shape, &room->contact);
     }
     static constexpr auto step = fingerpad_frame_step_bed;
+    static constexpr bool has_patches = false;
 };
 
 template <class Contact, class Frames>
@@ -277,6 +279,12 @@ void framed(const typename Frames::Model &model, const typename Frames::Wrapped 
         must(Frames::step(&wrapped, &contact, &pose, 1e-3f, &want), "a step in frames");
         const fp::FrameResponse got = must_get(finger.step(model, pose, 1e-3f), "a step in frames");
         expect(same(got, want), "a step in frames", i);
+        if constexpr (Frames::has_patches) {
+            std::array<fp::FramePatch, FINGERPAD_PATCHES_MAX> room_for{}, want_patches{};
+            const auto patches = must_get(finger.patches(model, room_for), "patches in frames");
+            must(fingerpad_frame_patches(&wrapped, &contact, want_patches.data(), want_patches.size()), "patches in frames");
+            expect(patches.size() > 20 && same(room_for, want_patches), "patches in frames", i);
+        }
         touches += got.on_finger.force_n[2] > 0.05f;
         flagged += fp::has(got.response, fp::Flag::bad_input);
     }

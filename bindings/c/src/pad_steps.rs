@@ -58,6 +58,13 @@ pub struct Steps {
         f32,
         *mut crate::frames::fingerpad_frame_response,
     ) -> Result<(), i32>,
+    #[cfg(not(target_os = "none"))]
+    pub frame_patches: unsafe fn(
+        &LoadedPad,
+        *const crate::frames::fingerpad_frame_contact,
+        *mut crate::frames::fingerpad_frame_patch,
+        usize,
+    ) -> Result<(), i32>,
 }
 
 impl Steps {
@@ -73,6 +80,8 @@ impl Steps {
             write_patches: write_patches::<P, PadMemory<P>>,
             #[cfg(not(target_os = "none"))]
             frame_step: crate::frames::frame_step::<P, PadMemory<P>>,
+            #[cfg(not(target_os = "none"))]
+            frame_patches: crate::frames::frame_patches::<P, PadMemory<P>>,
         }
     }
 }
@@ -168,12 +177,22 @@ pub unsafe fn write_patches<const P: usize, M: Memory<P, f32>>(
 ) -> Result<(), i32> {
     // SAFETY: the caller's promise.
     let state = unsafe { memory_to_read::<PadState<P, f32, M>>(state) }?;
+    // SAFETY: the caller's promise.
+    unsafe { write_all(pad, out, count, pad.pad.patch_states(state, &body.checked()?)) }
+}
+
+/// Writes the patches of a pad where there is room for `count` of them.
+pub unsafe fn write_all<C: From<T>, T, const P: usize>(
+    pad: &LoadedPad,
+    out: *mut C,
+    count: usize,
+    patches: [T; P],
+) -> Result<(), i32> {
     check(out)?;
-    let body = body.checked()?;
     if count < pad.pad.patches.len() {
         return Err(FINGERPAD_BUFFER);
     }
-    for (i, (patch, _)) in pad.pad.patch_states(state, &body).into_iter().zip(pad.pad.patches).enumerate() {
+    for (i, (patch, _)) in patches.into_iter().zip(pad.pad.patches).enumerate() {
         // SAFETY: the caller's promise: there is room for `count` of them, which need not hold a patch yet.
         unsafe { write(out.add(i), patch.into()) }?;
     }

@@ -29,6 +29,15 @@ def sensor(name):
     return f'<plugin name="{name}" plugin="fingerpad.contact" instance="{name}"/>'
 
 
+def with_skin(scene, **contacts):
+    """The scene with sensors of the patches: names of the sensors and of the instances whose fingers they are of."""
+    sensors = "".join(
+        f'<plugin name="{name}" plugin="fingerpad.patches"><config key="contact" value="{contact}"/></plugin>' for name, contact in contacts.items()
+    )
+    scene = scene.replace("<extension>", '<extension><plugin plugin="fingerpad.patches"/>', 1)
+    return scene.replace("</sensor>", f"{sensors}</sensor>", 1)
+
+
 def extension(*instances):
     return f'<extension><plugin plugin="fingerpad.contact">{"".join(instances)}</plugin></extension>'
 
@@ -127,6 +136,35 @@ def grip(
     <position name="hand" joint="hand" kp="20000" dampratio="1"/>
   </actuator>
   {sensors}
+</mujoco>"""
+
+
+def pinched(contact="fingerpad", kp=6000, **attributes):
+    """The scene of google-deepmind/mujoco#3328: two pads on damped slides squeeze a rod of 45 g and 4 mm radius, which lies across them.
+
+    ``contact``: `fingerpad`, or what stands in <option> for MuJoCo's own contact of boxes with friction 0.7. Actuators `left` and `right`: places
+    of the pads, m, 0.5 mm from the rod at 0; ``kp``: their stiffness, N/m.
+    """
+    own, bodies = contact == "fingerpad", ""
+    for sign, name in ((1, "left"), (-1, "right")):
+        touch = (
+            f'<geom size="0.008" pos="{-sign * 0.012} 0 0" mass="0.2" contype="0" conaffinity="0"/>'
+            f'<site name="{name}" pos="{sign * 0.008} 0 0" xyaxes="{sign * 0.5} 0 0.8660254037844386 0 {sign} 0"/>'
+            if own
+            else '<geom type="box" size="0.008 0.03 0.02" mass="0.2" friction="0.7 0.005 0.0001"/>'
+        )
+        bodies += f'<body name="{name}" pos="{-sign * 0.0125} 0 0"><joint name="{name}" type="slide" axis="{sign} 0 0" damping="100"/>{touch}</body>'
+    rod = "" if not own else 'contype="0" conaffinity="0"'
+    attributes = {"model_file": PAD_FILE, **attributes}
+    return f"""<mujoco>
+  <option timestep="0.002" {"" if own else contact}/>
+  {extension(*(instance(name, name, "rod", **attributes) for name in ("left", "right"))) if own else ""}
+  <worldbody>
+    {bodies}
+    <body name="rod"><freejoint name="rod"/><geom name="rod" type="capsule" size="0.004 0.025" euler="90 0 0" mass="0.045" {rod}/></body>
+  </worldbody>
+  <actuator><position name="left" joint="left" kp="{kp}"/><position name="right" joint="right" kp="{kp}"/></actuator>
+  {f"<sensor>{sensor('left')}{sensor('right')}</sensor>" if own else ""}
 </mujoco>"""
 
 

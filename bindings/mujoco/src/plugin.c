@@ -13,10 +13,11 @@
 #include "placement.h"
 #include "semi_implicit.h"
 #include "settings.h"
+#include "skin.h"
 #include "stability.h"
 
 /* The name of the plugin in a model. */
-static const char NAME[] = "fingerpad.contact";
+const char CONTACT_PLUGIN[] = "fingerpad.contact";
 /* No contact. */
 static const outcome NOTHING = {.stable_step_s = 1};
 
@@ -57,6 +58,13 @@ static instance_data* data_of(const mjData* d, int instance) { return (instance_
 
 static mjtNum* numbers_of(const mjModel* m, mjData* d, int instance, int contact) {
   return d->plugin_state + m->plugin_stateadr[instance] + contact * memory_numbers(&data_of(d, instance)->settings);
+}
+
+const settings* settings_of(const mjData* d, int instance) { return &data_of(d, instance)->settings; }
+
+const memory* touching_memory(const mjData* d, int instance, int slot) {
+  const contact_data* contact = &data_of(d, instance)->contact[slot];
+  return contact->now.felt.response.regime == FINGERPAD_NO_CONTACT ? NULL : &contact->after;
 }
 
 static int nstate(const mjModel* m, int instance) {
@@ -151,7 +159,7 @@ static void to_start(instance_data* data, const mjModel* m, mjData* d, int insta
 static int next_instance(const mjModel* m, const mjData* d, int instance) {
   for (instance++; instance < m->nplugin; instance++) {
     const mjpPlugin* plugin = mjp_getPluginAtSlot(m->plugin[instance]);
-    if (plugin && plugin->name && strcmp(plugin->name, NAME) == 0 && d->plugin_data[instance]) return instance;
+    if (plugin && plugin->name && strcmp(plugin->name, CONTACT_PLUGIN) == 0 && d->plugin_data[instance]) return instance;
   }
   return -1;
 }
@@ -350,8 +358,7 @@ double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d) {
 
 /* ---- what MuJoCo calls ---- */
 
-/* Whether passive forces are switched off as a whole: then MuJoCo calls for none. */
-static int is_switched_off(const mjModel* m) {
+int is_switched_off(const mjModel* m) {
   return (m->opt.disableflags & mjDSBL_SPRING) && (m->opt.disableflags & mjDSBL_DAMPER);
 }
 
@@ -398,7 +405,7 @@ static void advance(const mjModel* m, mjData* d, int instance) {
 mjPLUGIN_LIB_INIT(fingerpad) {
   mjpPlugin plugin;
   mjp_defaultPlugin(&plugin);
-  plugin.name = NAME;
+  plugin.name = CONTACT_PLUGIN;
   plugin.nattribute = ATTRIBUTE_COUNT;
   plugin.attributes = ATTRIBUTES;
   plugin.capabilityflags = mjPLUGIN_PASSIVE | mjPLUGIN_SENSOR;
@@ -412,4 +419,5 @@ mjPLUGIN_LIB_INIT(fingerpad) {
   plugin.compute = compute;
   plugin.advance = advance;
   mjp_registerPlugin(&plugin);
+  register_skin();
 }

@@ -29,8 +29,6 @@ const int ATTRIBUTE_COUNT = sizeof(ATTRIBUTES) / sizeof(ATTRIBUTES[0]);
 /* Longest name of a geom, longest number; longest reason with such a name in it. */
 #define WORD_MAX 256
 #define REASON_MAX (WORD_MAX + 192)
-/* Several objects go by a name. */
-#define AMBIGUOUS (-2)
 static const char IS_AMBIGUOUS[] =
     "the model has an object of this name and one with a prefix or suffix of the instance's name; give the whole name, or rename one";
 /* Largest ratio of the semi-axes of an ellipsoid, which counts as a sphere of its local curvature: both radii of curvature differ by
@@ -133,11 +131,7 @@ static int is_refused(settings* s, const mjModel* m, int geom, const char* word,
   return 1;
 }
 
-/* The object of a name, -1 if there is none, AMBIGUOUS if there are several. `MjSpec.attach` puts a prefix and a suffix around the
- * names of a part, the instance's included, but leaves attributes as they are. A name therefore also stands for one between a
- * beginning and an end of the instance's name: "tip" for "L_tip" in the instance "L_index". */
-static int find_object(const mjModel* m, int instance, mjtObj type, const char* name) {
-  const char* who = mj_id2name(m, mjOBJ_PLUGIN, instance);
+int find_object(const mjModel* m, const char* who, mjtObj type, const char* name) {
   int found = mj_name2id(m, type, name), length = who ? (int)strlen(who) : 0;
   char whole[2 * WORD_MAX];
   if (length >= WORD_MAX || strlen(name) >= WORD_MAX) return found;
@@ -155,8 +149,8 @@ static int find_object(const mjModel* m, int instance, mjtObj type, const char* 
 
 /* The site and the geoms, by name. */
 static int read_places(settings* s, const mjModel* m, int instance) {
-  const char* site = value_of(m, instance, "site");
-  s->site = find_object(m, instance, mjOBJ_SITE, site);
+  const char *site = value_of(m, instance, "site"), *who = mj_id2name(m, mjOBJ_PLUGIN, instance);
+  s->site = find_object(m, who, mjOBJ_SITE, site);
   if (s->site == AMBIGUOUS) return refuse(m, instance, "site", site, IS_AMBIGUOUS);
   if (s->site < 0) return refuse(m, instance, "site", site, "the model has no site of this name");
 
@@ -165,7 +159,7 @@ static int read_places(settings* s, const mjModel* m, int instance) {
   if (count_words(geoms) == 0) return refuse(m, instance, "geoms", geoms, "name the geoms that are touched");
   if (count_words(geoms) > GEOMS_MAX) return refuse(m, instance, "geoms", geoms, "more than 32 geoms in one instance");
   while ((rest = next_word(rest, word))) {
-    int geom = find_object(m, instance, mjOBJ_GEOM, word);
+    int geom = find_object(m, who, mjOBJ_GEOM, word);
     if (geom == AMBIGUOUS) return refuse(m, instance, "geoms", word, IS_AMBIGUOUS);
     if (is_refused(s, m, geom, word, why)) return refuse(m, instance, "geoms", geoms, why);
     s->geoms[s->geom_count++] = geom;
@@ -216,6 +210,7 @@ static int load(settings* s, size_t length) {
   code = s->is_pad ? fingerpad_pad_describe(&s->pad, &pad) : fingerpad_model_describe(&s->bed, &bed);
   s->neutral_deg[0] = s->is_pad ? pad.neutral_pitch_deg : bed.pitch_deg;
   s->neutral_deg[1] = bed.roll_deg;
+  s->patches = (int)pad.patches;
   find_level(s);
   if (settings_begin(&framed, s, (fingerpad_shape){.kind = FINGERPAD_SHAPE_PLANE}) == FINGERPAD_OK) {
     s->words = (int)(fingerpad_frame_bytes(&framed) / sizeof(uint32_t));

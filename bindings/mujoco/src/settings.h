@@ -24,8 +24,8 @@ typedef struct {
   fingerpad_pad pad;
   /* Pitch and roll of the neutral pose, degrees. */
   mjtNum neutral_deg[2];
-  /* Words of a contact in frames. */
-  int words;
+  /* Words of a contact in frames, and patches of a pad. */
+  int words, patches;
   /* The finger's level axes in the site's frame, as columns: those of a plane in the neutral pose. */
   mjtNum level[9];
   /* Radius of a ball in which the finger lies, see clearance.h, mm. */
@@ -50,6 +50,13 @@ typedef struct {
   mjtNum pad_radius_mm[2];
 } settings;
 
+/* Several objects go by a name. */
+#define AMBIGUOUS (-2)
+
+/* The object of a name, -1 if there is none, AMBIGUOUS if there are several. `MjSpec.attach` puts a prefix and a suffix around the
+ * names of a part, that of the instance or sensor, `who`, included, but leaves attributes as they are. A name therefore also stands for
+ * one between a beginning and an end of that name: "tip" for "L_tip" in the instance "L_index". */
+int find_object(const mjModel* m, const char* who, mjtObj type, const char* name);
 /* Number of geoms that the attribute names, for the size of the state; 0 if there is none. */
 int settings_geom_count(const mjModel* m, int instance);
 /* Reads the model file alone, for the size of the state; a file that cannot be read leaves the settings empty. */

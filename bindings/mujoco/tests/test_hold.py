@@ -39,10 +39,10 @@ def test_nor_does_it_under_runge_kutta():
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("timestep, duration", [(0.00025, 5.0), (0.001, 60.0), (0.002, 60.0), (0.004, 60.0)])
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", [0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 7.0])
-def test_pads_hold_a_block_at_every_force_of_a_hand(grip_n, timestep, duration):
-    held = hold.held_by_pads("block", grip_n, timestep, duration)
+def test_pads_hold_a_block_at_every_force_of_a_hand(grip_n, timestep):
+    held = hold.held_by_pads("block", grip_n, timestep, 5.0)
     assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6, held
     assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.01)
     # Nothing goes through: ever less depth for a newton more, and deeper than the fit is flagged.
@@ -51,11 +51,11 @@ def test_pads_hold_a_block_at_every_force_of_a_hand(grip_n, timestep, duration):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("timestep, duration", [(0.00025, 20.0), (0.001, 60.0), (0.002, 60.0), (0.004, 60.0)])
+@pytest.mark.parametrize("timestep", [0.00025, 0.001, 0.002, 0.004])
 @pytest.mark.parametrize("name", ["pen", "rod", "ball"])
-def test_pads_hold_a_round_object(name, timestep, duration):
+def test_pads_hold_a_round_object(name, timestep):
     # A pen of 8 mm across the fingers, a rod along them, a ball of 20 mm. A pen comes to rest within 10 s.
-    held = hold.held_by_pads(name, 1.0, timestep, duration)
+    held = hold.held_by_pads(name, 1.0, timestep, 20.0)
     assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["flags"] == [], held
     assert held["normal_force_n"] == pytest.approx(1.0, rel=0.01) and 0 < held["sag_mm"] < 1.0
 

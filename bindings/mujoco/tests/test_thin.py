@@ -19,7 +19,7 @@ import fingerpad_mujoco
 @pytest.mark.parametrize("name", hold.THIN)
 def test_pads_hold_a_thin_or_light_object(name, grip_n, timestep):
     # A key of 2 mm, a coin, a card of 0.8 mm and a die of 5 g; the pads are compressed by up to 4.6 mm.
-    held = hold.held_by_pads(name, grip_n, timestep, duration=60.0)
+    held = hold.held_by_pads(name, grip_n, timestep, duration=12.0)
     assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 0.1, held
     assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.01) and abs(held["sag_mm"]) < 0.5, held
     # The face of the die is smaller than the contact.
@@ -30,7 +30,7 @@ def test_pads_hold_a_thin_or_light_object(name, grip_n, timestep):
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("grip_n", [0.3, 0.5, 1.0, 1.5])
 def test_pads_hold_a_pen_of_8_mm(grip_n, timestep):
-    held = hold.held_by_pads("pen", grip_n, timestep, duration=60.0)
+    held = hold.held_by_pads("pen", grip_n, timestep, duration=12.0)
     assert held["drift_um_s"] < 1e-3 and held["turn_rad_s"] < 1e-6 and held["hum_um"] < 0.1, held
 
 
@@ -38,7 +38,7 @@ def test_pads_hold_a_pen_of_8_mm(grip_n, timestep):
 @pytest.mark.parametrize("integrator", ["RK4", "implicit", "implicitfast"])
 @pytest.mark.parametrize("name", ["die", "card"])
 def test_pads_hold_a_light_object_with_other_integrators(name, integrator):
-    held = hold.held_by_pads(name, 3.0, 0.004, duration=60.0, integrator=integrator)
+    held = hold.held_by_pads(name, 3.0, 0.004, duration=12.0, integrator=integrator)
     assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 0.1, held
 
 
@@ -46,7 +46,7 @@ def test_pads_hold_a_light_object_with_other_integrators(name, integrator):
 @pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
 @pytest.mark.parametrize("name", ["die", "card"])
 def test_beds_hold_a_light_object(name, timestep):
-    held = hold.held("fingerpad", timestep, 60.0, held=name, grip_n=1.0)
+    held = hold.held("fingerpad", timestep, 12.0, held=name, grip_n=1.0)
     assert held["drift_um_s"] < 1e-3 and held["hum_um"] < 0.1, held
 
 

@@ -16,7 +16,7 @@ use pyo3::types::PyBytes;
 use crate::bed::Springs;
 use crate::error::{self, wrong_length};
 use crate::frames::{self, BedOf, FRAMES, PadOf, Placed, Pose};
-use crate::group::{DRIVEN, FORCES, Given, Group, PATCH, RESPONSE, Row};
+use crate::group::{DRIVEN, FORCES, Given, Group, RESPONSE, Row};
 use crate::model::Model;
 use crate::pad::{self, Pad, Patches};
 
@@ -195,6 +195,7 @@ impl Contacts {
         }
         let shape =
             frames::shape(kind, &sizes).ok_or_else(|| error::input(format!("shape: a {kind} of {sizes:?} is none")))?;
+        let mut patches = 0;
         let group = if let Ok(pad) = model.cast::<Pad>() {
             fn of_pad<const P: usize, M: Memory<P, f32> + Send + 'static>(
                 pad: &Pad,
@@ -205,7 +206,8 @@ impl Contacts {
                 of(PadOf::<P, M> { tables, tuning, memory: PhantomData }, shape, count)
             }
             let pad = pad.get();
-            let made = match (pad.patches() <= pad::USUAL, pad.relaxes()) {
+            patches = pad.patches();
+            let made = match (patches <= pad::USUAL, pad.relaxes()) {
                 (true, false) => of_pad::<{ pad::USUAL }, ()>,
                 (false, false) => of_pad::<{ pad::MOST }, ()>,
                 (true, true) => of_pad::<{ pad::USUAL }, PadMemory<{ pad::USUAL }>>,
@@ -216,7 +218,7 @@ impl Contacts {
             let model = model.cast::<Model>()?.get();
             of(BedOf { data: model.data.clone(), tuning: model.tuning }, shape, count)?
         };
-        Ok(Self::of(group, count, 0))
+        Ok(Self::of(group, count, patches))
     }
 
     /// One step of contacts in frames; a row of `poses` each.
@@ -333,9 +335,9 @@ impl Contacts {
         Ok(py.detach(|| self.lock().limit_surface(motions, out.as_chunks_mut().0))?)
     }
 
-    /// State of the patches, [`PATCH`] floats each.
+    /// State of the patches, one after the other.
     fn patches<'py>(&self, py: Python<'py>, mut out: PyReadwriteArray1<'py, f32>) -> PyResult<()> {
-        let (expected, out) = (PATCH * self.patches * self.count, out.as_slice_mut()?);
+        let (expected, out) = (self.lock().patch_floats() * self.patches * self.count, out.as_slice_mut()?);
         if out.len() != expected {
             return Err(wrong_length(expected, out.len()));
         }

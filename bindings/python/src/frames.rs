@@ -11,7 +11,7 @@ use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Memory, Pad as PadInPlace, PadState};
 use fingerpad::{Error, NODES, SPRINGS, SpinState, Tuning};
 
-use crate::group::{Group, RESPONSE, Row, Watches, states, write_floats, write_response};
+use crate::group::{FRAME_PATCH, Group, RESPONSE, Row, Watches, states, write_floats, write_response};
 use crate::pad::Tables;
 
 /// Words of a response: those of the model, then force and moment on the finger and on the body, depth, pitch, roll, and the face.
@@ -43,6 +43,8 @@ pub trait Owner: Clone + Send + 'static {
     /// Depth, mm, and strength factor.
     fn depth_and_factor(&self, state: &Self::State) -> (f32, f32);
     fn set_strength_factor(state: &mut Self::State, factor: f32);
+    /// The patches of contacts, [`FRAME_PATCH`] floats each; none of a bed.
+    fn patches(&self, _contacts: &[FrameContact<Self::State>], _out: &mut [f32]) {}
 }
 
 /// A pad of at most `P` patches.
@@ -65,6 +67,18 @@ impl<const P: usize, M: Memory<P, f32> + Send + 'static> Owner for PadOf<P, M> {
     }
     fn set_strength_factor(state: &mut Self::State, factor: f32) {
         state.set_strength_factor(factor);
+    }
+    fn patches(&self, contacts: &[FrameContact<Self::State>], out: &mut [f32]) {
+        let Ok(pad) = self.finger() else { return };
+        for (contact, out) in contacts.iter().zip(out.chunks_exact_mut(FRAME_PATCH * pad.patches.len())) {
+            for (p, out) in contact.patches(&pad).iter().zip(out.as_chunks_mut::<FRAME_PATCH>().0) {
+                let vectors = [p.place_mm, p.force_n, p.moment_n_mm];
+                let [x, y] = p.shear_mpa;
+                out[..9].copy_from_slice(vectors.as_flattened());
+                let rest = [p.pressure_mpa, x, y, p.area_mm2, p.contact_area_mm2, p.stick_ratio, p.used];
+                out[9..].copy_from_slice(&rest);
+            }
+        }
     }
 }
 
@@ -142,6 +156,14 @@ impl<O: Owner> Group for Placed<O> {
 
     fn copy(&self) -> Box<dyn Group> {
         Box::new(self.clone())
+    }
+
+    fn patches(&self, out: &mut [f32]) {
+        self.owner.patches(&self.contacts, out);
+    }
+
+    fn patch_floats(&self) -> usize {
+        FRAME_PATCH
     }
 }
 

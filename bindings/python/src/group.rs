@@ -137,12 +137,19 @@ pub trait Group: Send {
     fn limit_surface(&self, _motions: &[[f32; 3]], _out: &mut [[f32; 3]]) -> Result<(), Refused> {
         Err(cannot("limit_surface"))
     }
-    /// State of the patches of a pad: [`PATCH`] floats a patch, one contact after the other. Empty for a bed.
+    /// State of the patches of a pad: [`PATCH`] floats a patch, in frames [`FRAME_PATCH`], one contact after the other. Empty for a bed.
     fn patches(&self, _out: &mut [f32]) {}
+    /// Floats of a patch.
+    fn patch_floats(&self) -> usize {
+        PATCH
+    }
 }
 
 /// Floats of a patch: place x, y, z, pressure, traction x and y, area in contact, stick ratio, used share of the strength.
 pub const PATCH: usize = 9;
+/// Floats of a patch in frames: place, force and moment of three each, pressure, shear x and y, area, area in contact, stick ratio, used share
+/// of the strength.
+pub const FRAME_PATCH: usize = 16;
 
 /// Whether a driven step is given forces (N) in place of depth and of slides (mm).
 #[derive(Clone, Copy)]

@@ -112,6 +112,35 @@ def test_poses_of_a_plane_are_increments(kind: Any, tolerance: float) -> None:
     assert r["face"] == 1 and r["pitch_deg"] == pytest.approx(30) and framed.depth_mm == r["depth_mm"]
 
 
+@pytest.mark.parametrize(("shape", "under_mm"), [(Shape.plane(), 0.0), (Shape.sphere(15), 15.0), (Shape.edge(4, 100), 0.0)], ids=repr)
+def test_the_patches_are_a_skin_that_carries_the_wrench(shape: Shape, under_mm: float) -> None:
+    """Two fingers of a human pad and of another tip: sums, a lift-off, a pose that is none; a bed is refused."""
+    for pad in (Pad.shipped(), Pad.from_file(PAD.parent / "silicone-dome-pad.fpm")):
+        position, quaternion = path(under_mm)
+        contacts, touched = FrameContacts(pad, shape, 2), 0
+        for k in range(0, 300, 3):
+            for _ in range(4):
+                r = contacts.step([position[k], [0, 0, -90]], quaternion[k])
+            skin = contacts.patches()
+            assert skin.shape == (2, pad.patches) and (skin["area_mm2"] > 0).all() and skin["area_mm2"][0] == pytest.approx(pad.patch_areas_mm2)
+            loads = [skin[name] for name in ("force_n", "moment_n_mm", "pressure_mpa", "shear_mpa", "contact_area_mm2", "stick_ratio")]
+            assert not any(load[1].any() for load in loads), "the second finger stays in the air"
+            if r["regime"][0] == Regime.NO_CONTACT:
+                assert not any(load[0].any() for load in loads)
+                continue
+            touched += 1
+            force = skin["force_n"][0].astype(float)
+            moment = np.cross(skin["place_mm"][0], force) + skin["moment_n_mm"][0]
+            size = 1e-5 * (0.1 + r["normal_force_n"][0])
+            assert np.abs(force.sum(0) - r["force_on_finger_n"][0]).max() < size, (k, r)
+            assert np.abs(moment.sum(0) - r["moment_on_finger_n_mm"][0]).max() < 10 * size, (k, r)
+        assert touched > 60
+        before = contacts.patches()
+        assert contacts.step([np.nan, 0, 0], NO_TURN)["status"].all() and (contacts.patches() == before).all()
+    with pytest.raises(InputError, match="a bed of springs has none"):
+        FrameContacts(Model.shipped(), Shape.plane()).patches()
+
+
 def test_every_shape_is_met(pad: Pad) -> None:
     """From its own side, at about the same depth; faces by number."""
     quarter = about([1, 0, 0], 90.0)

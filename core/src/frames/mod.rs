@@ -1,6 +1,6 @@
 //! One finger against one rigid body, from the frames of both: a pose in, wrenches out.
 //!
-//! Main types: [`FrameContact`], [`Shape`], [`FrameResponse`]; main trait: [`Finger`]. Uses pad, step and nalgebra.
+//! Main types: [`FrameContact`], [`Shape`], [`FrameResponse`], [`FramePatch`]; main trait: [`Finger`]. Uses pad, step and nalgebra.
 //!
 //! The **finger's frame** is fixed to the bone: x along the finger's long axis from proximal to distal, z out of the pad's surface into the
 //! finger, y to complete a right-handed frame. A finger whose x axis is inclined by 30 degrees to a plane, tip down, has pitch 30. The origin
@@ -19,6 +19,7 @@
 
 mod face;
 mod finger;
+mod patches;
 mod shape;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
@@ -28,6 +29,7 @@ use crate::{Error, Motion, Regime, Response, Status};
 
 use face::{Chosen, Face, LAST_FACE, Site, Stand, choose, sum_of_magnitudes};
 pub use finger::{Finger, Held, RoundBed};
+pub use patches::FramePatch;
 pub use shape::Shape;
 
 /// Depth at which a contact begins at most, mm.
@@ -429,17 +431,36 @@ fn wrenches<S, F: Finger<S>, R: Elementary>(
     let force = Vector3::new(x, y, response.normal_force_n);
     // The response is about the foot in the pose that the model follows.
     let foot = depth - finger.lowest_mm(&held.normal, held.tilt, held);
-    let moment = Vector3::new(about_x - foot * y, about_y + foot * x, response.spin_moment_n_mm);
-    let moment = if held.follows == [true; 2] { moment } else { of_held_pose(finger, held, tilt, force.z, moment) };
-    let [along, across, normal] = &stand.axes;
-    let in_body = |v: Vector3<F::Scalar>| -> Vector3<R> {
-        let [x, y, z] = v.map(R::near).into();
-        along * x + across * y + normal * z
-    };
-    let (force, moment) = (in_body(force), in_body(moment));
+    let about_foot = Vector3::new(about_x, about_y, response.spin_moment_n_mm);
+    let moment = about_origin(finger, held, tilt, foot, &force, about_foot);
+    let (force, moment) = (in_body(stand, &force), in_body(stand, &moment));
     let on_body = Wrench { force_n: out(&-force), moment_n_mm: out(&-(moment + site.at.cross(&force))) };
     let own = |v: &Vector3<R>| level * site.axes.tr_mul(v);
     (Wrench { force_n: out(&own(&force)), moment_n_mm: out(&own(&moment)) }, on_body)
+}
+
+/// The moment about the finger's origin, along the axes of the plane, of a force with a moment about the foot.
+///
+/// * `foot`: height of the plane over the origin, mm
+#[inline(always)]
+fn about_origin<S, F: Finger<S>>(
+    finger: &F,
+    held: &Held<F::Scalar>,
+    tilt: [F::Scalar; 2],
+    foot: F::Scalar,
+    force: &Vector3<F::Scalar>,
+    about_foot: Vector3<F::Scalar>,
+) -> Vector3<F::Scalar> {
+    let moment = Vector3::new(about_foot.x - foot * force.y, about_foot.y + foot * force.x, about_foot.z);
+    if held.follows == [true; 2] { moment } else { of_held_pose(finger, held, tilt, force.z, moment) }
+}
+
+/// A vector along the axes of the plane, in the frame of the body.
+#[inline(always)]
+fn in_body<T: Scalar, R: Elementary>(stand: &Stand<R>, v: &Vector3<T>) -> Vector3<R> {
+    let [along, across, normal] = &stand.axes;
+    let [x, y, z] = v.map(R::near).into();
+    along * x + across * y + normal * z
 }
 
 /// A vector in the precision of the model.

@@ -8,12 +8,12 @@ use crate::math::Elementary;
 use crate::{Regime, Response, Status};
 
 use super::body::{Surface, spread, steepness};
-use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact};
-use super::memory::{Memory, Perhaps};
+use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch};
+use super::memory::{Memory, Perhaps, Weights};
 use super::patch::{flat_force_rate, spread_along, times_spread};
 use super::state::{APART, PadState};
 use super::step::closest_place;
-use super::{Law, Pad};
+use super::{Law, Pad, Patch};
 
 /// A patch slips if its stretch exceeds the bound by this factor and by this length, mm. Both are above the rounding of its place.
 const SLIPS: [f32; 2] = [1.0 + 4e-6, 4e-6];
@@ -45,16 +45,12 @@ impl<T: Elementary> Pad<'_, T> {
     ) -> Sums<T> {
         let law = &self.numbers.law;
         let zero = T::of(0.0);
-        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
-        let (mut friction, mut friction_spin) = (Vector3::zeros(), zero);
+        let mut loads = Loads::none();
         let mut is_changed = false;
         let noticed_mm = T::of(NOTICED_LENGTH) * self.numbers.depth_max_mm;
         let (mut area, mut stuck_area, mut strength, mut reach, mut later) = (zero, zero, zero, zero, zero);
-        let (mut middle, mut turning) = (Vector3::zeros(), Vector3::zeros());
-        let apex = Vector3::new(equations.frame.apex.x, equations.frame.apex.y, zero);
-        // The bulk's softness stays along the body's axes when the body turns: along over across the normal.
-        let [across_soft, along_soft] = law.softness;
-        let (soft, stiff) = (along_soft / across_soft, across_soft / along_soft);
+        let mut middle = Vector3::zeros();
+        let (apex, [soft, stiff]) = Loads::constants(equations, law);
         for ActivePatch { index, patch, placed, contact } in active {
             let (Some(anchor), Some(reserve), Some(turn)) =
                 (state.anchors.get_mut(*index), state.reserve.get_mut(*index), state.turn.get_mut(*index))
@@ -119,56 +115,26 @@ impl<T: Elementary> Pad<'_, T> {
             if equations.stiff().is_some() {
                 later += placed.compressed.relaxed_strength(contact.relaxed, law) * equations.strength_factor;
             }
-            let traction = contact.stretch * contact.grip;
-            let on_skin = traction - contact.inward * contact.force;
-            let arm = contact.place + apex;
-            friction += traction;
-            friction_spin += arm[0] * traction[1] - arm[1] * traction[0];
-            force += on_skin;
-            let moved = contact.place - placed.place;
-            let tilting = (placed.place + apex).cross(&on_skin);
-            let soft_tilting = Vector3::new(soft * moved.x, soft * moved.y, stiff * moved.z).cross(&on_skin);
-            let spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0];
-            moment += Vector3::new(tilting.x + soft_tilting.x, tilting.y + soft_tilting.y, spinning);
+            let arm = loads.add(equations, law, &apex, &[soft, stiff], patch, placed, contact);
             middle += arm * contact.strength;
             reach += contact.strength * (arm[0] * arm[0] + arm[1] * arm[1]);
-            // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
-            // overlap adds a moment about the middle.
-            let relaxed = equations.stiff().map_or(contact.force, |_| contact.relaxed);
-            let energy = placed.compressed.energy(contact.overlap, relaxed, flat_force_rate(patch, law));
-            let mut pull = energy.1 / placed.compressed.spread;
-            if equations.stiff().is_some() && contact.force != relaxed {
-                pull *= contact.force / (relaxed + T::of(f32::MIN_POSITIVE));
-            }
-            if equations.body.is_plane() {
-                // The second moment times the normal.
-                let (along, _) = spread_along(patch, &equations.frame.axes.row(2).transpose());
-                turning += times_spread(patch, &along) * pull;
-                continue;
-            }
-            let sides = equations.frame.sides(patch);
-            let undeformed = spread(equations.body, &placed.place, &sides);
-            let mean_moment = spread(equations.body, &contact.place, &sides).moment;
-            let by_spread = undeformed.variance_slope * (-pull);
-            force += by_spread;
-            moment += (placed.place + apex).cross(&by_spread);
-            moment -= undeformed.variance_moment * pull + mean_moment * contact.force;
         }
         let later = equations.stiff().map(|_| later);
-        Sums {
-            force,
-            moment,
-            friction,
-            friction_spin,
-            turning,
-            area,
-            stuck_area,
-            strength,
-            later,
-            middle,
-            reach,
-            is_changed,
-        }
+        Sums { loads, area, stuck_area, strength, later, middle, reach, is_changed }
+    }
+
+    /// Force, N, and moment about the point of the plane under the centre of rotation, N mm, of loads, along the axes of the plane.
+    #[inline(always)]
+    pub(super) fn wrench(&self, angle: T, frame: &Frame<T>, loads: &Loads<T>) -> [Vector3<T>; 2] {
+        let Frame { axes, approach, .. } = frame;
+        let (turning, arm) = (axes * loads.turning, axes * approach.arm);
+        let [x, y, normal] = loads.force.into();
+        let about = [arm[1] * normal - approach.shift * y, approach.shift * x - arm[0] * normal];
+        let moment = loads.moment + Vector3::new(about[0] - turning.y, about[1] + turning.x, T::of(0.0));
+        let force = Vector3::new(x, y, normal * approach.rate);
+        // From the body's axes to those of the plane.
+        let (sin, cos) = angle.sin_cos();
+        [force, moment].map(|v| Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z))
     }
 
     /// The response of a contact with these sums over its patches.
@@ -179,18 +145,12 @@ impl<T: Elementary> Pad<'_, T> {
         equations: &Equations<'_, P, T, B, M::Weights>,
         sums: &Sums<T>,
     ) -> Response<T> {
-        let Sums { friction_spin, area, stuck_area, strength, reach, .. } = *sums;
+        let Sums { loads: Loads { friction_spin, .. }, area, stuck_area, strength, reach, .. } = *sums;
         let zero = T::of(0.0);
-        let Frame { axes, approach, .. } = &equations.frame;
-        let (turning, arm) = (axes * sums.turning, axes * approach.arm);
-        let [x, y, normal] = sums.force.into();
-        let about = [arm[1] * normal - approach.shift * y, approach.shift * x - arm[0] * normal];
-        let moment = sums.moment + Vector3::new(about[0] - turning.y, about[1] + turning.x, zero);
-        let force = Vector3::new(x, y, normal * approach.rate);
-        // From the body's axes to those of the plane.
+        let [force, moment] = self.wrench(state.angle[0], &equations.frame, &sums.loads);
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: &Vector3<T>| Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
-        let (force, moment, friction) = (back(&force), back(&moment), back(&sums.friction));
+        let friction = back(&sums.loads.friction);
         let (normal, in_contact) = (force[2], area > zero);
         let pressing = normal.not_negative();
         let strength_or_tiny = strength + T::of(f32::MIN_POSITIVE);
@@ -198,7 +158,8 @@ impl<T: Elementary> Pad<'_, T> {
         let (resultant, limit, least) = match &equations.axis {
             None => (friction.dot(&friction).magnitude().sqrt(), strength, strength_or_tiny),
             Some(axis) => {
-                let [length, scaled] = axis.lengths(&sums.friction, &Vector3::new(T::of(0.0), T::of(0.0), T::of(1.0)));
+                let [length, scaled] =
+                    axis.lengths(&sums.loads.friction, &Vector3::new(T::of(0.0), T::of(0.0), T::of(1.0)));
                 (scaled, strength * (length / scaled), strength_or_tiny * axis.least_limit())
             }
         };
@@ -250,8 +211,8 @@ impl<T: Elementary> Pad<'_, T> {
     }
 }
 
-/// Sums over the patches in contact, along the axes of the body and about the centre of rotation of poses.
-pub(super) struct Sums<T> {
+/// Loads of patches in contact, along the axes of the body and about the centre of rotation of poses.
+pub(super) struct Loads<T> {
     /// Force on the skin, N.
     force: Vector3<T>,
     /// Its moment, N mm.
@@ -261,6 +222,77 @@ pub(super) struct Sums<T> {
     friction_spin: T,
     /// Moment of a plane due to the spread of the gaps, which changes with its rotation; finger's frame, N mm.
     turning: Vector3<T>,
+}
+
+impl<T: Elementary> Loads<T> {
+    pub(super) fn none() -> Self {
+        let zeros = Vector3::zeros();
+        Self { force: zeros, moment: zeros, friction: zeros, friction_spin: T::of(0.0), turning: zeros }
+    }
+
+    /// What [`Self::add`] uses of the equations: the place of the apex along the body's axes, and the bulk's softness along over across the
+    /// normal, with its inverse. It stays along the body's axes when the body turns.
+    pub(super) fn constants<const P: usize, B: Surface<T>, W: Perhaps<Weights<P, T>>>(
+        equations: &Equations<'_, P, T, B, W>,
+        law: &Law<T>,
+    ) -> (Vector3<T>, [T; 2]) {
+        let [across_soft, along_soft] = law.softness;
+        let apex = Vector3::new(equations.frame.apex.x, equations.frame.apex.y, T::of(0.0));
+        (apex, [along_soft / across_soft, across_soft / along_soft])
+    }
+
+    /// Adds the load of a patch that touches; returns its place from the centre of rotation along the body's axes, mm.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a patch and the constants of its step")]
+    pub(super) fn add<const P: usize, B: Surface<T>, W: Perhaps<Weights<P, T>>>(
+        &mut self,
+        equations: &Equations<'_, P, T, B, W>,
+        law: &Law<T>,
+        apex: &Vector3<T>,
+        &[soft, stiff]: &[T; 2],
+        patch: &Patch<T>,
+        placed: &PlacedPatch<T>,
+        contact: &PatchContact<T>,
+    ) -> Vector3<T> {
+        let traction = contact.stretch * contact.grip;
+        let on_skin = traction - contact.inward * contact.force;
+        let arm = contact.place + apex;
+        self.friction += traction;
+        self.friction_spin += arm[0] * traction[1] - arm[1] * traction[0];
+        self.force += on_skin;
+        let moved = contact.place - placed.place;
+        let tilting = (placed.place + apex).cross(&on_skin);
+        let soft_tilting = Vector3::new(soft * moved.x, soft * moved.y, stiff * moved.z).cross(&on_skin);
+        let spinning = arm[0] * on_skin[1] - arm[1] * on_skin[0];
+        self.moment += Vector3::new(tilting.x + soft_tilting.x, tilting.y + soft_tilting.y, spinning);
+        // The energy also depends on the spread of the gaps, which changes with the rotation of the body. On a curved body the mean
+        // overlap adds a moment about the middle.
+        let relaxed = equations.stiff().map_or(contact.force, |_| contact.relaxed);
+        let energy = placed.compressed.energy(contact.overlap, relaxed, flat_force_rate(patch, law));
+        let mut pull = energy.1 / placed.compressed.spread;
+        if equations.stiff().is_some() && contact.force != relaxed {
+            pull *= contact.force / (relaxed + T::of(f32::MIN_POSITIVE));
+        }
+        if equations.body.is_plane() {
+            // The second moment times the normal.
+            let (along, _) = spread_along(patch, &equations.frame.axes.row(2).transpose());
+            self.turning += times_spread(patch, &along) * pull;
+            return arm;
+        }
+        let sides = equations.frame.sides(patch);
+        let undeformed = spread(equations.body, &placed.place, &sides);
+        let mean_moment = spread(equations.body, &contact.place, &sides).moment;
+        let by_spread = undeformed.variance_slope * (-pull);
+        self.force += by_spread;
+        self.moment += (placed.place + apex).cross(&by_spread);
+        self.moment -= undeformed.variance_moment * pull + mean_moment * contact.force;
+        arm
+    }
+}
+
+/// Sums over the patches in contact, along the axes of the body and about the centre of rotation of poses.
+pub(super) struct Sums<T> {
+    loads: Loads<T>,
     /// Area in contact and its stuck part, mm².
     area: T,
     stuck_area: T,

@@ -13,7 +13,7 @@ use super::Pad;
 use super::body::{InUnits, Surface};
 use super::equilibrium::{ActivePatch, Equations, Stiffening};
 use super::memory::{Memory, Perhaps};
-use super::outcome::slipping;
+use super::outcome::{Loads, slipping};
 use super::state::{PadState, PatchState};
 use super::step::Candidates;
 
@@ -57,22 +57,42 @@ impl<T: Elementary> Pad<'_, T> {
         state: &PadState<P, T, M>,
         body: &impl Surface<T>,
     ) -> [PatchState<T>; P] {
+        let mut out = [PatchState::default(); P];
+        self.visit_patches(state, body, |index, patch, _| {
+            if let Some(out) = out.get_mut(index) {
+                *out = patch;
+            }
+        });
+        out
+    }
+
+    /// Visits the patches of a contact after the last step: their index and state; and of those that touch force, N, and moment, N mm, on the
+    /// finger. The axes are those of the plane, and the moment is about the point of the plane under the centre of rotation of poses, as in
+    /// a response: over all patches they add up to it.
+    #[inline(always)]
+    pub(crate) fn visit_patches<const P: usize, M: Memory<P, T>>(
+        &self,
+        state: &PadState<P, T, M>,
+        body: &impl Surface<T>,
+        mut visit: impl FnMut(usize, PatchState<T>, [Vector3<T>; 2]),
+    ) {
         let Units { length, per_length, force, .. } = self.units;
         let pressure = force * per_length * per_length;
         let blunt = self.blunted(body);
         let body = InUnits::new(blunt.as_ref().unwrap_or(body), &self.units);
-        let mut out = [PatchState::default(); P];
-        let Some((equations, active)) = self.after_step(state, &body) else { return out };
+        let Some((equations, active)) = self.after_step(state, &body) else { return };
         let (sin, cos) = state.angle[0].sin_cos();
         let back = |v: Vector3<T>| [cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z];
         let law = &self.numbers.law;
+        let (apex, soft) = Loads::constants(&equations, law);
         let memory = state.reserve.iter().zip(&state.turn);
-        for ((ActivePatch { patch, placed, contact, .. }, (reserve, turn)), out) in
-            active.iter().zip(memory).zip(&mut out)
-        {
-            let apex = &equations.frame.apex;
-            out.place_mm = back(contact.place + apex).map(|x| x * length);
+        for (ActivePatch { index, patch, placed, contact }, (reserve, turn)) in active.iter().zip(memory) {
+            let mut out = PatchState {
+                place_mm: back(contact.place + equations.frame.apex).map(|x| x * length),
+                ..PatchState::default()
+            };
             if !contact.touches {
+                visit(*index, out, [Vector3::zeros(); 2]);
                 continue;
             }
             let traction = back(contact.stretch * (contact.grip / patch.area_mm2));
@@ -84,8 +104,11 @@ impl<T: Elementary> Pad<'_, T> {
             let falls = !(*reserve < T::of(0.0));
             let slipping = if falls { slipping(contact, turn, contact_share, law) } else { T::of(0.0) };
             out.stick_ratio = T::of(1.0) - slipping;
+            let mut loads = Loads::none();
+            loads.add(&equations, law, &apex, &soft, patch, placed, contact);
+            let [on_skin, moment] = self.wrench(state.angle[0], &equations.frame, &loads);
+            visit(*index, out, [on_skin * force, moment * (force * length)]);
         }
-        out
     }
 
     /// Friction along x and y, N, and its moment about the normal, N mm, in full slip: all patches that touch after the last step slip under

@@ -9,6 +9,7 @@ mod effect_steps;
 mod effects;
 mod events;
 mod file;
+mod frame_patches;
 mod frames;
 mod gallery;
 mod haptics;

@@ -1,4 +1,4 @@
-//! `fingerpad export`: a model as source text, as a co-simulation unit, or its limit surface.
+//! `fingerpad export`: a model as source text, as a co-simulation unit, its limit surface, or MuJoCo's contact nearest to it.
 
 use std::path::PathBuf;
 
@@ -7,12 +7,12 @@ use clap::ValueEnum;
 use fingerpad::host::ModelFile;
 use fingerpad_fmu as fmu;
 use fingerpad_reduce as reduce;
-use fingerpad_reduce::{LimitSurface, limit_surface};
+use fingerpad_reduce::{LimitSurface, MujocoContact, engine_contact, limit_surface};
 
 use super::model::Loaded;
 use super::{Failure, Mark, Outputs, model, outputs};
 
-/// Write a model as a Rust constant, a C array, JSON or an FMI 3.0 co-simulation unit (FMU), or its limit surface
+/// Write a model as a Rust constant, a C array, JSON or an FMI 3.0 co-simulation unit (FMU), its limit surface, or MuJoCo's contact nearest to it
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -22,12 +22,16 @@ Examples:
   fingerpad export --model model.fpm --format fmu --out finger.fmu      for Modelica, FMPy
   fingerpad export --format limit-surface --depth-mm 0.8 --out limit.csv
   fingerpad export --model pad.fpm --format limit-surface-obj --pitch-deg 45 --roll-deg 10 --out limit.obj
+  fingerpad export --format mujoco-contact --load-n 1 --out contact.xml   for models that do without the plugin
 
 The limit surface holds friction along x and y and the moment about the normal in full slip, for 642 motions of the plane: slides
 along x and y, and turns, which count as travel by an arm of 3 mm. The surface of a bed is that of long slides at constant
 depth, during which the normal force changes. The surface of a pad is that of slip of all its patches at the pressures of the press.
 limit-surface writes a table, limit-surface-obj a mesh with friction along x and y and the moment over 3 mm as coordinates.
-Both take a bed or a pad; without --model the shipped bed, or the shipped pad where --pitch-deg or --roll-deg is given.")]
+Both take a bed or a pad; without --model the shipped bed, or the shipped pad where --pitch-deg or --roll-deg is given.
+
+mujoco-contact (MJCF) and mujoco-contact-json hold solref, solimp, friction and condim of a sphere in MuJoCo's own contact, which
+comes nearest to a pad (without --model the shipped one) at a load, and the errors from 0.5 to 1.5 of it.")]
 pub struct Args {
     /// Model file; without it the one that ships with the program
     #[arg(long, value_name = "MODEL.fpm")]
@@ -41,10 +45,16 @@ pub struct Args {
     /// Depth of a limit surface, mm [default: 1]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     depth_mm: Option<f64>,
-    /// Pitch of the finger in a limit surface, degrees [default: that of a bed, or the neutral one of a pad]
+    /// Load at which MuJoCo's contact has the depth of the pad, N [default: 1]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    load_n: Option<f64>,
+    /// 1 over the mass that moves against MuJoCo's contact: the sum of body_invweight0 of both bodies, 1/kg [default: 20]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    inverse_mass_per_kg: Option<f64>,
+    /// Pitch of the finger in a limit surface or a contact, degrees [default: that of a bed, or the neutral one of a pad]
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pitch_deg: Option<f64>,
-    /// Roll of the finger in a limit surface, degrees [default: 0]
+    /// Roll of the finger in a limit surface or a contact, degrees [default: 0]
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     roll_deg: Option<f64>,
     /// Replace a file at --out that this command did not write
@@ -66,27 +76,39 @@ enum Format {
     LimitSurface,
     /// The same as a mesh (Wavefront OBJ)
     LimitSurfaceObj,
+    /// MuJoCo's own contact nearest to a pad, as a class of geoms (MJCF)
+    MujocoContact,
+    /// The same with the errors at each load (JSON)
+    MujocoContactJson,
 }
 
 impl Format {
     fn is_limit_surface(self) -> bool {
         matches!(self, Self::LimitSurface | Self::LimitSurfaceObj)
     }
+
+    fn is_contact(self) -> bool {
+        matches!(self, Self::MujocoContact | Self::MujocoContactJson)
+    }
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let turned = args.pitch_deg.is_some() || args.roll_deg.is_some();
-    let given = [("--depth-mm", args.depth_mm), ("--pitch-deg", args.pitch_deg), ("--roll-deg", args.roll_deg)];
-    if let (false, Some((flag, Some(value)))) =
-        (args.format.is_limit_surface(), given.into_iter().find(|(_, value)| value.is_some()))
-    {
-        return Err(Failure::Input(anyhow!(
-            "{flag} {value}: only --format limit-surface and limit-surface-obj take it"
-        )));
+    let (is_surface, is_contact) = (args.format.is_limit_surface(), args.format.is_contact());
+    for (flag, value, is_taken, by) in [
+        ("--depth-mm", args.depth_mm, is_surface, "limit-surface and limit-surface-obj"),
+        ("--load-n", args.load_n, is_contact, "mujoco-contact and mujoco-contact-json"),
+        ("--inverse-mass-per-kg", args.inverse_mass_per_kg, is_contact, "mujoco-contact and mujoco-contact-json"),
+        ("--pitch-deg", args.pitch_deg, is_surface || is_contact, "a limit surface and a contact"),
+        ("--roll-deg", args.roll_deg, is_surface || is_contact, "a limit surface and a contact"),
+    ] {
+        if let (Some(value), false) = (value, is_taken) {
+            return Err(Failure::Input(anyhow!("{flag} {value}: only --format {by} take it")));
+        }
     }
-    let (file, name) = match (&args.model, args.format.is_limit_surface()) {
-        (None, true) if turned => model::shipped_pad().map(|(pad, name)| (Loaded::Pad(pad), name))?,
+    let (file, name) = match (&args.model, is_surface || is_contact) {
+        (None, true) if turned || is_contact => model::shipped_pad().map(|(pad, name)| (Loaded::Pad(pad), name))?,
         (path, true) => model::load_any(path.as_deref())?,
         (path, false) => model::load(path.as_deref()).map(|(bed, name)| (Loaded::Bed(bed), name))?,
     };
@@ -97,12 +119,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Format::Fmu => Mark::holding("PK", "resources/model.fpm"),
         Format::LimitSurface => Mark::beginning(limit_surface::COLUMNS),
         Format::LimitSurfaceObj => Mark::beginning(limit_surface::MESH_HEAD),
+        Format::MujocoContact => Mark::beginning(engine_contact::MJCF_HEAD),
+        Format::MujocoContactJson => Mark::beginning(engine_contact::JSON_HEAD),
     }];
     let inputs = [("--model", args.model.as_deref())];
     Outputs::beside(inputs).stream("--out", &args.out, marks).force(args.force).prepare()?;
     let bytes = match (args.format, &file) {
         (Format::LimitSurface, file) => limit_surface(args, file, &name)?.csv().into_bytes(),
         (Format::LimitSurfaceObj, file) => limit_surface(args, file, &name)?.obj().into_bytes(),
+        (Format::MujocoContact, file) => contact(args, file, &name)?.mjcf().into_bytes(),
+        (Format::MujocoContactJson, file) => contact(args, file, &name)?.json().into_bytes(),
         (format, Loaded::Bed(bed)) => of_bed(format, bed, &name)?,
         (_, Loaded::Pad(_)) => {
             return Err(Failure::Input(anyhow!("{name}: a pad; this format takes a bed of springs")));
@@ -150,4 +176,18 @@ fn limit_surface(args: &Args, file: &Loaded, name: &str) -> Result<LimitSurface,
         }
     };
     surface.map_err(|e| Failure::Input(anyhow!("{name}: {e}")))
+}
+
+/// MuJoCo's contact nearest to a pad at the load and in the pose of the flags.
+fn contact(args: &Args, file: &Loaded, name: &str) -> Result<MujocoContact, Failure> {
+    const LOAD_N: f64 = 1.0;
+    const INVERSE_MASS_PER_KG: f64 = 20.0;
+    let Loaded::Pad(file) = file else {
+        return Err(Failure::Input(anyhow!("{name}: a bed of springs; this format takes a pad")));
+    };
+    let pad = file.file().pad;
+    let pitch_deg = args.pitch_deg.unwrap_or(f64::from(pad.numbers.neutral_pitch_deg));
+    let (load_n, mass) = (args.load_n.unwrap_or(LOAD_N), args.inverse_mass_per_kg.unwrap_or(INVERSE_MASS_PER_KG));
+    MujocoContact::of_pad(&pad, load_n, mass, [pitch_deg, args.roll_deg.unwrap_or(0.0)])
+        .map_err(|e| Failure::Input(anyhow!("{name}: {e}")))
 }

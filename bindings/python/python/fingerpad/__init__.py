@@ -18,7 +18,7 @@ from fingerpad._commands import (
 )
 from fingerpad._errors import Error, InputError, Interrupted, ModelError, NotGoodEnough, NumericsError
 from fingerpad._fingers import DRIVEN, EVENT, FORCES, LIMIT, PATCH, PRESSURE_MAP, RESPONSE, SLIP_MAP, Fingers, Regime, Status
-from fingerpad._frames import FRAMES, FrameContacts, Shape, relative_pose
+from fingerpad._frames import FRAME_PATCH, FRAMES, FrameContacts, Shape, relative_pose
 from fingerpad._limit_surface import LimitSurface, limit_surface
 from fingerpad._native import Finger, Margin, MarginObserver, Model, Pad, Response, __version__, load, status_words
 from fingerpad._program import Progress
@@ -28,6 +28,7 @@ __all__ = [
     "EVENT",
     "FORCES",
     "FRAMES",
+    "FRAME_PATCH",
     "LIMIT",
     "PATCH",
     "PRESSURE_MAP",

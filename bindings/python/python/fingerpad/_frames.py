@@ -33,6 +33,23 @@ FRAMES = np.dtype(
     ]
 )
 
+#: One patch of the skin as a taxel of a tactile sensor, in the finger's frame: place of its middle; force of the body on it, which over all
+#: patches adds up to `force_on_finger_n`; moment about its middle; pressure, and friction along and across the finger (x and y of the face's
+#: plane), over its own area; that area and the part in contact; the share of it that sticks (1 stick, 0 slip), and the share of its strength in use.
+FRAME_PATCH = np.dtype(
+    [
+        ("place_mm", np.float32, 3),
+        ("force_n", np.float32, 3),
+        ("moment_n_mm", np.float32, 3),
+        ("pressure_mpa", np.float32),
+        ("shear_mpa", np.float32, 2),
+        ("area_mm2", np.float32),
+        ("contact_area_mm2", np.float32),
+        ("stick_ratio", np.float32),
+        ("used_share", np.float32),
+    ]
+)
+
 #: Shapes that a bed of springs can touch.
 FLAT = ("plane", "cuboid")
 
@@ -162,6 +179,19 @@ class FrameContacts(Batch):
         strength = None if strength_factor is None else broadcast("strength_factor", strength_factor, (1, self._count))
         result = _target(out, FRAMES, (self._count,))
         self._contacts.step_frames(poses, strength, _times(dt_s, 1), _words(result, 1))
+        return result
+
+    def patches(self) -> npt.NDArray[np.void]:
+        """The skin of each finger after the last step as a tactile sensor: an array of `FRAME_PATCH` of shape (fingers, patches).
+
+        Without contact all is 0 but place and area. The forces, and place x force plus moment, add up to force and moment on the finger. On a
+        curved face those of patches that slip are off by up to 2 % in that step, and by rounding after a few steps at rest. Costs about as
+        much as a round of a step. Raises InputError for a bed of springs, which has no patches.
+        """
+        if not isinstance(self._model, Pad):
+            raise InputError("patches: a bed of springs has none; a pad has them: fingerpad.Pad.shipped()")
+        result = np.zeros((self._count, self._model.patches), FRAME_PATCH)
+        self._contacts.patches(result.view(np.float32).reshape(-1))
         return result
 
     def copy(self) -> FrameContacts:

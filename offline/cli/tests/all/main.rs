@@ -9,6 +9,7 @@ mod design;
 mod diagnosed_logs;
 #[cfg(repository)]
 mod docs;
+mod engine_contacts;
 mod eval_and_simulate;
 mod first_hour;
 mod help_examples;
