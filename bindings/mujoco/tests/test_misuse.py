@@ -183,3 +183,25 @@ def test_a_finger_that_comes_from_the_side_begins_near_the_surface(scene):
     assert at(0.0)["normal_force_n"] < 1e-6
     sunk = paths.lead(model, data, ([0, 0, edge - 8.5], Rotation.identity()), paths.STILL)
     assert sunk["depth_mm"] == pytest.approx(0.5, abs=0.01) and fingerpad_mujoco.flags(sunk["status"]) == ["began_inside"]
+
+
+def test_a_jump_without_equilibrium_is_flagged_and_found_in_the_next_steps():
+    """A finger that jumps about a plane as none does, by up to 1 cm and half a turn a step: few steps find no equilibrium."""
+    scene = f"""<mujoco><option gravity="0 0 0"/>{scenes.extension(scenes.instance("tip", "tip", "plate", model_file=scenes.PAD_FILE))}
+      <worldbody><geom name="plate" type="plane" size="1 1 1" contype="0" conaffinity="0"/>
+        <body name="tip" mocap="true"><site name="tip" euler="0 30 0"/></body></worldbody>
+      <sensor>{scenes.sensor("tip")}</sensor></mujoco>"""
+    model, random = mujoco.MjModel.from_xml_string(scene), np.random.default_rng(1)
+    data, flagged = mujoco.MjData(model), 0
+    for _ in range(500):
+        data.mocap_pos[0] = random.uniform(-0.004, 0.004), random.uniform(-0.004, 0.004), -random.uniform(0, 0.01)
+        data.mocap_quat[0] = [1, *random.normal(0, 0.3, 3)]
+        mujoco.mj_step(model, data)
+        contact = fingerpad_mujoco.read(data, "tip")[0]
+        assert np.isfinite(list(contact.values())).all()
+        if "not_converged" in fingerpad_mujoco.flags(contact["status"]):
+            flagged += 1
+            mujoco.mj_step(model, data, 3)
+            contact = fingerpad_mujoco.read(data, "tip")[0]
+            assert "not_converged" not in fingerpad_mujoco.flags(contact["status"]) and contact["normal_force_n"] > 1
+    assert 1 <= flagged <= 10
