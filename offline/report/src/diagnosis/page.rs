@@ -135,12 +135,13 @@ fn effect(report: &Diagnosis, e: &EffectFound) -> Markup {
         (parameters(e))
         @if e.candidates.len() > 1 { (candidates(e)) }
         p.meta {
-            "gain " (significant(e.gain_2ll, 3)) " in 2 log likelihood (" (significant(e.lambda_detect, 3))
-            " expected under this protocol); p = " (significant(e.p, 2)) " decides: " (significant(e.p_model, 2))
-            " by the model over all laws and shapes"
-            // Without runs there is nothing to be flipped.
-            @if !report.holdout.method.starts_with("none") {
-                ", " (fixed(e.p_runs, 3)) " by sign flips over runs"
+            "gain " (significant(e.gain_2ll, 3)) " in 2 log likelihood"
+            // Without runs there is nothing to be flipped, and no protocol that lets expect a gain.
+            @if report.holdout.method.starts_with("none") {
+                "; p = " (significant(e.p_model, 2)) " by the model over all laws and shapes"
+            } @else {
+                " (" (significant(e.lambda_detect, 3)) " expected under this protocol); p = " (significant(e.p, 2)) " decides: "
+                (significant(e.p_model, 2)) " by the model over all laws and shapes, " (fixed(e.p_runs, 3)) " by sign flips over runs"
                 @if e.against_calibration { " (not a test here: the evidence lies against the calibration)" }
             }
         }

@@ -28,19 +28,20 @@ pub fn render(finding: &Finding) -> Result<Rendered, ReportError> {
         "Each alone beside stiffness, touch point and strength. A long bar explains more than its priors cost.",
         |narrow| figures::Bars { report, narrow },
     );
-    let compared = Picture::wide_and_narrow(
+    let compared = Picture::new(
         "table",
         "The table and the finite elements",
         "Circles: as measured, the bar its error. Published constants: with the finger as given, and calibrated; the corrected \
          model: what it reads.",
-        |narrow| Charts { charts: &charts, columns: if narrow { 1 } else { charts.len() } },
+        &Charts { charts: &charts, columns: 1 },
     );
-    let figures = vec![evidence, compared];
+    let figures = vec![compared, evidence];
     let tables = html! {
-        (crate::html::figures(2, &figures[1..]))
         h2 { "The gap, step by step" } (steps(section))
         h2 { "Cell by cell" } (cells(section))
-        h2 { "Every candidate, alone and in pairs" } details { summary { "Table" } (candidates(section)) }
+        h2 { "Every candidate, alone and in pairs" }
+        (crate::html::figures(2, &figures[1..]))
+        details { summary { "Table" } (candidates(section)) }
         (basis(section))
     };
     let html = page::reduced(report, &finding.sentences[1..], &figures[..1], &tables);
