@@ -40,7 +40,7 @@ pub fn render(finding: &Finding) -> Result<Rendered, ReportError> {
         h2 { "The gap, step by step" } (steps(section))
         h2 { "Cell by cell" } (cells(section))
         h2 { "Every candidate, alone and in pairs" }
-        (crate::html::figures(2, &figures[1..]))
+        section.pair { (crate::html::figures(2, &figures[1..])) }
         details { summary { "Table" } (candidates(section)) }
         (basis(section))
     };
