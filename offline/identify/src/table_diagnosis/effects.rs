@@ -244,3 +244,21 @@ pub static EFFECTS: [Effect; 10] = [
 pub fn effect_named(name: &str) -> &'static Effect {
     EFFECTS.iter().find(|e| e.name == name).expect("a name of the list")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_effect_moves_parameters_of_its_own_from_within_their_bounds() {
+        let start = Values::without_effects(4, &LawPoint { tau_ref_kpa: 5.0, beta: 0.46, tau0_share: 0.0 });
+        let mut moved: Vec<String> = Vec::new();
+        for parameter in EFFECTS.iter().flat_map(|effect| effect.parameters(4)) {
+            let [low, high] = parameter.known().bounds;
+            assert!((low..=high).contains(&start[parameter]), "{}", parameter.name());
+            assert!(!moved.contains(&parameter.name()), "{} is moved twice", parameter.name());
+            moved.push(parameter.name());
+        }
+        assert_eq!(moved.len(), 10 + 4);
+    }
+}
