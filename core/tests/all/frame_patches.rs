@@ -134,7 +134,7 @@ fn patches_add_up_to_the_wrench() {
                     1 => wander::<()>(&small, shape, &on_top, 10 + k as u64),
                     _ => wander::<PadMemory<P>>(&relaxing, shape, &on_top, 20 + k as u64),
                 };
-                let most = [if shape.is_flat() { 2e-6 } else { 2e-2 }, 2e-5];
+                let most = [if shape.is_flat() { 1e-5 } else { 2e-2 }, 2e-5];
                 assert!(missed[0] < most[0] && missed[1] < most[1], "{name} shape {k} {seed}: {missed:?}");
                 assert!(touched > 150 && slipped > 30, "{name} shape {k}: {touched} {slipped}");
             }

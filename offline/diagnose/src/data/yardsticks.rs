@@ -51,7 +51,7 @@ const YARDSTICKS: [Yardstick; 8] = [
     Yardstick {
         words: "the path of the onset of sliding",
         unit: " mm",
-        usual: [1.0, 0.9, 0.5],
+        usual: [1.0, 1.2, 0.5],
         of: onset_mm,
         powers: [0.0, 1.0, 1.0, -1.0, 0.0],
     },
