@@ -237,8 +237,8 @@ fn a_load_that_holds_now_slips_when_the_finger_has_relaxed() {
     assert!(margin > 0.15 && relaxed == 0.0 && held.is_some_and(|k| k > 50), "{margin} {relaxed} {held:?}");
 }
 
-/// A body is pressed and loaded along the skin. The first moment tells a margin for later. Then the load is held for 100 times the longest
-/// time of the tissue, and the margin at the end is compared with the one that was told.
+/// A body is pressed and loaded along the skin. At the first moment `slip_margin_relaxed` predicts the margin of later. Then the load is held for
+/// 100 times the longest time of the tissue, and the margin at the end is compared with the prediction.
 #[test]
 fn the_margin_that_is_left_is_that_after_a_long_hold() {
     let file = shipped_pad();
