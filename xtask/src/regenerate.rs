@@ -42,7 +42,7 @@ enum How {
     Pad(&'static str),
     /// Tables and pictures beside held-out runs.
     Reference,
-    /// Pad and bed of a robot's fingertip, with these flags of `fingerpad finger`.
+    /// Pad and bed of another fingertip, with these flags of `fingerpad finger`.
     Tip(&'static str),
 }
 
@@ -66,6 +66,12 @@ const MADE: &[Made] = &[
         ],
         files: &["data/reference/fast_against_finite_elements.csv"],
         how: How::Reference,
+    },
+    Made {
+        name: "human-stiffening",
+        from: &["offline/fe/src/experiment/human-stiffening.toml"],
+        files: &["data/models/human-stiffening-pad.fpm", "data/models/human-stiffening.fpm"],
+        how: How::Tip("--config human-stiffening --mesh-preset medium"),
     },
     Made {
         name: "silicone-dome",

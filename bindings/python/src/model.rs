@@ -17,9 +17,7 @@ use pyo3::types::PyBytes;
 
 use crate::error;
 use crate::pad::{self, Pad};
-
-/// The model that ships.
-const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
+use crate::shipped;
 
 /// A fitted model: a file's numbers, checked and copied; see `_native.pyi`.
 #[pyclass(frozen, module = "fingerpad")]
@@ -102,8 +100,9 @@ impl Model {
     }
 
     #[staticmethod]
-    fn shipped() -> PyResult<Self> {
-        Self::from_bytes(SHIPPED)
+    #[pyo3(signature = (name="human"))]
+    fn shipped(name: &str) -> PyResult<Self> {
+        Self::from_bytes(shipped::files(name)?.bed)
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {

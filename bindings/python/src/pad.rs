@@ -22,10 +22,9 @@ use crate::error;
 use crate::group::{
     DRIVEN, FORCES, Given, Group, PATCH, Refused, Row, Watches, drive_all, gradients, states, write_response,
 };
+use crate::shipped;
 
-/// The pad that ships.
-const SHIPPED: &[u8] = include_bytes!("../../../data/models/fingertip-pad.fpm");
-/// Its patches.
+/// Patches of the human finger.
 pub const USUAL: usize = 37;
 /// Steps of a press from the air to the largest depth.
 const PRESS_STEPS: usize = 100;
@@ -116,8 +115,9 @@ impl Pad {
     }
 
     #[staticmethod]
-    fn shipped() -> PyResult<Self> {
-        Self::from_bytes(SHIPPED)
+    #[pyo3(signature = (name="human"))]
+    fn shipped(name: &str) -> PyResult<Self> {
+        Self::from_bytes(shipped::files(name)?.pad)
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {

@@ -320,6 +320,7 @@ class Page {
         this.lift();
         this.record.clear();
         this.named(file.name);
+        el("finger").value = file.name;
         notice(`${file.name} is in use now.`, true);
       }
     } catch (error) {
@@ -405,6 +406,10 @@ function controls(page) {
   on(el("play"), "click", () => (hand.walk ? page.take() : page.play(parsePath(EXAMPLE), false, "The example path.")));
   on(el("reset"), "click", () => page.reset());
   on(el("save"), "click", () => page.save());
+  on(el("finger"), "change", async ({ target: { value: name } }) => {
+    const response = await fetch(name);
+    page.open({ name, arrayBuffer: () => response.arrayBuffer() });
+  });
   on(el("open"), "change", (event) => {
     if (event.target.files[0]) page.open(event.target.files[0]);
     event.target.value = "";
@@ -482,16 +487,19 @@ async function begin() {
   furnish();
   readColours();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
+  // A browser may remember another choice from the visit before.
+  el("finger").selectedIndex = 0;
+  const shipped = el("finger").value;
   const bytes = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
   const { body } = await fetch("fingerpad.wasm.deflate");
   const model = await Model.start(await bytes(body.pipeThrough(new DecompressionStream("deflate-raw"))));
-  model.load(await bytes((await fetch("fingertip-pad.fpm")).body));
+  model.load(await bytes((await fetch(shipped)).body));
   const page = new Page(model);
   controls(page);
   pointers(page);
   keys(page);
   drops(page);
-  page.named("fingertip-pad.fpm");
+  page.named(shipped);
   for (const input of document.querySelectorAll("input[type=range]")) page.rest[input.id] = input.value;
   AXES.forEach((id, i) => { page.rest[id] = page.hand.at[i]; });
   on(window, "hashchange", () => { if (location.hash !== page.hash) page.goTo(location.hash); });

@@ -3,10 +3,10 @@
 import { execFileSync } from "node:child_process";
 import { cpSync, mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { dirname, join } from "node:path";
+import { basename, dirname, join } from "node:path";
 import { deflateRawSync } from "node:zlib";
 import { build, transform } from "esbuild";
-import { MODEL, MODULE, OPTIMISED, PACKAGE, SITE, WEB } from "./folder.js";
+import { MODEL, MODULE, OPTIMISED, PACKAGE, SITE, STIFFENING, WEB } from "./folder.js";
 
 /** Most bytes of module, scripts, styles, page and model file together. */
 const MOST = 120_000;
@@ -36,7 +36,7 @@ const small = ["-Oz", "--converge", "--all-features", "--strip-debug", "--strip-
 execFileSync(process.execPath, [optimiser, ...small, MODULE, "-o", OPTIMISED], { stdio: "inherit" });
 // The page inflates the module itself, so that any server will do, also one without the module's type and without compression.
 writeFileSync(join(SITE, "fingerpad.wasm.deflate"), deflateRawSync(readFileSync(OPTIMISED), { level: 9 }));
-cpSync(MODEL, join(SITE, "fingertip-pad.fpm"));
+for (const model of [MODEL, STIFFENING]) cpSync(model, join(SITE, basename(model)));
 
 const module = new WebAssembly.Module(readFileSync(OPTIMISED));
 const imports = WebAssembly.Module.imports(module);

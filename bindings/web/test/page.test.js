@@ -281,6 +281,18 @@ test("the body is drawn where the core has it", async () => {
   await page.close();
 });
 
+test("the finger is chosen by its name, and a file of one's own is no name", async () => {
+  const page = await start({ reducedMotion: "reduce" });
+  const first = await text(page, "model");
+  await page.selectOption("#finger", { label: "human, stiffening" });
+  await page.waitForFunction((first) => document.getElementById("model").textContent !== first, first);
+  assert.match(await text(page, "model"), /^human-stiffening-pad\.fpm, \d+ patches/);
+  await page.setInputFiles("#open", { name: "own.fpm", mimeType: "application/octet-stream", buffer: readFileSync(MODEL) });
+  await page.waitForFunction(() => document.getElementById("model").textContent.startsWith("own.fpm"));
+  assert.equal(await page.inputValue("#finger"), "");
+  await page.close();
+});
+
 test("a bed of springs is refused in plain words", async () => {
   const page = await start({ reducedMotion: "reduce" });
   await page.setInputFiles("#open", join(ROOT, "data/models/fingertip.fpm"));

@@ -98,8 +98,8 @@ enum Command {
 /// Settings that every command with a finite-element model takes.
 #[derive(clap::Args)]
 struct Model {
-    /// Configuration file (TOML); absent keys have their defaults
-    #[arg(long, value_name = "F.toml")]
+    /// Configuration file (TOML); absent keys have their defaults. Or a finger that ships: human (the default), human-stiffening
+    #[arg(long, value_name = "NAME|F.toml")]
     config: Option<PathBuf>,
     /// Shape: a, b, d, e, base, a geometry file, or dimensions in mm (dome:RADIUS,CORE, flat:LENGTH,WIDTH,THICKNESS)
     #[arg(long, value_name = "NAME|F.toml")]

@@ -48,8 +48,8 @@ class Model:
         """A model from a file. Raises InputError for a file that cannot be read, ModelError for one that is refused."""
 
     @staticmethod
-    def shipped() -> Model:
-        """The fitted fingertip that ships with the package."""
+    def shipped(name: str = "human") -> Model:
+        """The fitted fingertip that ships with the package: "human", or "human-stiffening", whose tissue stiffens."""
 
     def to_bytes(self) -> bytes:
         """The bytes of the file that the model came from; a tuning is not in them."""
@@ -148,8 +148,8 @@ class Pad:
         """A pad from a file. Raises InputError for a file that cannot be read, ModelError for one that is refused."""
 
     @staticmethod
-    def shipped() -> Pad:
-        """The fitted pad that ships with the package."""
+    def shipped(name: str = "human") -> Pad:
+        """The fitted pad that ships with the package: "human", or "human-stiffening", whose tissue stiffens."""
 
     def to_bytes(self) -> bytes:
         """The bytes of the file that the pad came from; a tuning is not in them."""

@@ -281,13 +281,22 @@ impl Config {
     }
 }
 
-/// Reads a TOML file into a type that defines the keys.
+/// Configurations of the fingers that ship, by the names that stand for their files: the paper's finger, which is the default,
+/// and the same finger with tissue that stiffens.
+pub const SHIPPED: [(&str, &str); 2] = [("human", ""), ("human-stiffening", include_str!("human-stiffening.toml"))];
+
+/// Reads a TOML file, or what ships under its name, into a type that defines the keys.
 ///
 /// # Errors
 /// [`ConfigError::File`], or [`ConfigError::Toml`] with line and value.
 pub fn read_toml<T: serde::de::DeserializeOwned>(path: &FilePath) -> Result<T, ConfigError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| ConfigError::File { path: path.to_path_buf(), source })?;
+    let shipped = SHIPPED.iter().find(|(name, _)| path == FilePath::new(name));
+    let text = match shipped {
+        Some((_, text)) => (*text).to_owned(),
+        None => {
+            std::fs::read_to_string(path).map_err(|source| ConfigError::File { path: path.to_path_buf(), source })?
+        }
+    };
     toml::from_str(&text).map_err(|e| ConfigError::Toml { path: path.to_path_buf(), message: e.to_string() })
 }
 

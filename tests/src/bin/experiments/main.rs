@@ -72,8 +72,8 @@ const EXPERIMENTS: [(&str, Experiment); 8] = [
 /// The fingers by name, in the order of the page's columns.
 const FINGERS: [&str; 2] = ["paper", "stiffening"];
 
-/// Configuration of the second finger.
-const STIFFENING: &str = "data/human-stiffening.toml";
+/// Name of the second finger's configuration.
+const STIFFENING: &str = "human-stiffening";
 
 fn main() -> Result<(), Failure> {
     let args = Args::parse();
@@ -81,10 +81,11 @@ fn main() -> Result<(), Failure> {
         let known: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
         return Err(format!("{unknown}: no such experiment; there are {}", known.join(", ")).into());
     }
-    std::fs::create_dir_all(&args.out).map_err(|e| format!("{}: {e}", args.out.display()))?;
-    let fitted = if args.fit { fit::section(&args.out, args.jobs)? } else { String::new() };
+    let pictures = args.out.join("pictures");
+    std::fs::create_dir_all(&pictures).map_err(|e| format!("{}: {e}", pictures.display()))?;
     let preset = if args.coarse { MeshPreset::Coarse } else { MeshPreset::Medium };
-    let stiffening = Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(STIFFENING))?;
+    let fitted = if args.fit { fit::section(&args.out, preset, args.jobs)? } else { String::new() };
+    let stiffening = Config::read(Path::new(STIFFENING))?;
     let labs = [Config::default(), stiffening].map(|config| Lab::new(config, preset));
     let wanted: Vec<_> = (0..EXPERIMENTS.len())
         .filter(|&k| args.names.is_empty() || args.names.iter().any(|wanted| wanted == EXPERIMENTS[k].0))
@@ -124,6 +125,7 @@ fn write_page(folder: &Path, lab: &Lab, fitted: &str, found: &mut [Found]) -> Re
         writeln!(page, "| {} | {} | {} |", of_one[0].1.title, cell(0), cell(1))?;
     }
     page += fitted;
+    page += &moved(&experiments);
     for of_one in experiments {
         write_finding(folder, &mut page, of_one)?;
     }
@@ -133,6 +135,42 @@ fn write_page(folder: &Path, lab: &Lab, fitted: &str, found: &mut [Found]) -> Re
 /// How many lines are inside their bands.
 fn inside(lines: &[Line]) -> String {
     format!("{} of {}", lines.iter().filter(|line| line.gap() == 0.0).count(), lines.len())
+}
+
+/// What became of the numbers that the paper's finger has outside their bands, and of those inside.
+fn moved(experiments: &[&[Found]]) -> String {
+    let both = experiments.iter().filter_map(|of_one| match of_one {
+        [(_, paper), (_, other)] => Some((paper.title, paper.lines.iter().zip(&other.lines))),
+        _ => None,
+    });
+    let mut text = String::from(
+        "\n## What moved\n\nThe numbers that the paper's finger has outside their bands. The last column is the change of the distance \
+         from the band; -100 % is inside.\n\n| experiment | number | band | paper | stiffening | distance, % |\n|---|---|---|---|---|---|\n",
+    );
+    let (mut left, mut half, mut half_unfitted, mut outside) = (Vec::new(), 0, 0, 0);
+    for (title, lines) in both {
+        for (paper, other) in lines {
+            if paper.gap() == 0.0 {
+                left.extend(
+                    (other.gap() > 0.0).then(|| format!("{} ({})", paper.name, other.text().replace("**", ""))),
+                );
+                continue;
+            }
+            let change = 100.0 * (other.gap() / paper.gap() - 1.0);
+            outside += 1;
+            half += usize::from(change <= -50.0);
+            half_unfitted += usize::from(change <= -50.0 && !paper.fitted);
+            let [low, high] = paper.band.map(|edge| format!("{edge:.*}", paper.digits));
+            let (name, fitted) = (&paper.name, if paper.fitted { " (fitted)" } else { "" });
+            let numbers = [paper, other].map(Line::text).join(" | ");
+            text += &format!("| {title} | {name}{fitted} | {low} to {high} | {numbers} | {change:+.0} |\n");
+        }
+    }
+    let left = if left.is_empty() { "none".into() } else { left.join("; ") };
+    text += &format!(
+        "\n{half} of {outside} came nearer by half or more, {half_unfitted} of them not fitted. Left their bands: {left}.\n"
+    );
+    text
 }
 
 fn page_head(lab: &Lab) -> String {
@@ -169,10 +207,14 @@ fn write_finding(folder: &Path, page: &mut String, of_one: &[Found]) -> Result<(
     if !remark.is_empty() {
         write!(page, "\n{remark}\n")?;
     }
-    for ((k, finger), finding) in of_one {
-        let figure = format!("experiment_{}_{}.svg", EXPERIMENTS[*k].0, FINGERS[*finger]);
-        std::fs::write(folder.join(&figure), traces_svg(&finding.charts))?;
-        write!(page, "\n![{title}: {}]({figure})\n", FINGERS[*finger])?;
+    let mut charts = Vec::new();
+    for ((_, finger), finding) in of_one {
+        for chart in &finding.charts {
+            charts.push(TraceChart { title: format!("{}: {}", FINGERS[*finger], chart.title), ..chart.clone() });
+        }
     }
+    let figure = format!("pictures/experiment_{}.svg", EXPERIMENTS[of_one[0].0.0].0);
+    std::fs::write(folder.join(&figure), traces_svg(&charts))?;
+    write!(page, "\n![{title}: both fingers]({figure})\n")?;
     Ok(())
 }

@@ -27,15 +27,23 @@ pub fn depth_lines(presses: &[PressLimit]) -> Vec<Line> {
     ]
 }
 
+/// How the coefficient of friction falls with the load.
+pub fn friction_line(presses: &[PressLimit]) -> Line {
+    let points = coefficient(presses);
+    Line::new("exponent of F/N from 1 to 10 N", 2, exponent(&points, [1.0, 10.0]), [-0.26, -0.16]).fitted()
+}
+
+/// Coefficient of friction over the normal force, N.
+fn coefficient(presses: &[PressLimit]) -> Vec<[f64; 2]> {
+    presses.iter().map(|p| [p.normal_force_n, p.friction_limit_n / p.normal_force_n]).collect()
+}
+
 /// Area and friction up to 10 N.
 pub fn load(lab: &Lab) -> Result<Finding, Failure> {
     let presses = lab.deep_press()?;
     let area: Vec<[f64; 2]> = presses.iter().map(|p| [p.normal_force_n, p.contact_area_mm2]).collect();
-    let coefficient: Vec<[f64; 2]> =
-        presses.iter().map(|p| [p.normal_force_n, p.friction_limit_n / p.normal_force_n]).collect();
     let mut lines = area_lines(&presses);
-    let falls = exponent(&coefficient, [1.0, 10.0]);
-    lines.push(Line::new("exponent of F/N from 1 to 10 N", 2, falls, [-0.26, -0.16]));
+    lines.push(friction_line(&presses));
     let log = |points: &[[f64; 2]]| points.iter().map(|p| p.map(f64::log10)).collect::<Vec<_>>();
     let published = |n: f64| (at(&area, 1.0) * n.powf(0.222)).log10();
     let mut charts = vec![
@@ -50,7 +58,7 @@ pub fn load(lab: &Lab) -> Result<Finding, Failure> {
         chart(
             "Coefficient of friction",
             ["log10 of normal force (N)", "log10 of F/N"],
-            vec![line("finite elements", log(&coefficient))],
+            vec![line("finite elements", log(&coefficient(&presses)))],
         ),
     ];
     charts.iter_mut().for_each(|chart| chart.least = [f64::NAN; 2]);

@@ -58,21 +58,35 @@ pub fn stick(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
+/// Directions of the slides under which the area is followed, with their angles; the last one is fitted.
+const DIRECTIONS: [(&str, f64); 3] = [("+x", 0.0), ("-x", 2.0 * FRAC_PI_2), ("+y (and -y, by symmetry)", FRAC_PI_2)];
+
+/// Tangential force, N, and area over that of the press, along a slide; and the change of the area in the end.
+fn area_along(lab: &Lab, force_n: f64, direction: usize) -> Result<(Vec<[f64; 2]>, Line), Failure> {
+    let (name, angle) = DIRECTIONS[direction];
+    let run = lab.follow(&slide(force_n, angle, SLIDE_MM))?;
+    let rows = sliding(&run.responses);
+    let first = rows[0].contact_area_mm2;
+    let points: Vec<[f64; 2]> = rows.iter().map(|r| [friction_n(r), r.contact_area_mm2 / first]).collect();
+    let last = points[points.len() - 1][1];
+    let line = Line::new(format!("change of the area, {force_n} N, {name}, %"), 0, 100.0 * (last - 1.0), [-30.0, -1.0]);
+    Ok((points, if direction == 2 { line.fitted() } else { line }))
+}
+
+/// Change of the area by slides across the finger.
+pub fn across_lines(lab: &Lab) -> Result<Vec<Line>, Failure> {
+    [1.0, 2.0].into_iter().map(|force_n| Ok(area_along(lab, force_n, 2)?.1)).collect()
+}
+
 /// Contact area under tangential force.
 pub fn area(lab: &Lab) -> Result<Finding, Failure> {
-    let directions = [("+x", 0.0), ("-x", 2.0 * FRAC_PI_2), ("+y (and -y, by symmetry)", FRAC_PI_2)];
     let (mut charts, mut lines) = (Vec::new(), Vec::new());
     for force_n in [1.0, 2.0] {
         let mut traces = Vec::new();
-        for (name, angle) in directions {
-            let run = lab.follow(&slide(force_n, angle, SLIDE_MM))?;
-            let rows = sliding(&run.responses);
-            let first = rows[0].contact_area_mm2;
-            let points: Vec<[f64; 2]> = rows.iter().map(|r| [friction_n(r), r.contact_area_mm2 / first]).collect();
-            let last = points[points.len() - 1][1];
-            let quantity = format!("change of the area, {force_n} N, {name}, %");
-            lines.push(Line::new(quantity, 0, 100.0 * (last - 1.0), [-30.0, -1.0]));
-            traces.push(line(name, points));
+        for (direction, (name, _)) in DIRECTIONS.iter().enumerate() {
+            let (points, change) = area_along(lab, force_n, direction)?;
+            lines.push(change);
+            traces.push(line(*name, points));
         }
         let title = format!("Contact area, {force_n} N");
         charts.push(chart(&title, ["tangential force (N)", "area over that of the press"], traces));
