@@ -62,7 +62,7 @@ fn wheel(tests: &Tests, features: &str) -> Result<PathBuf> {
     let wheels = tempfile::tempdir()?;
     let line = format!("{} -m maturin build --profile gate --locked {features} --out", python.display());
     run(command(PYTHON, &line).env("RUSTFLAGS", FLAGS).arg(wheels.path()))?;
-    let wheel = fs::read_dir(wheels.path())?.next().context("maturin made no wheel")??.path();
+    let wheel = only_file(wheels.path())?;
     let listed = output(module(&python, "zipfile --list").arg(&wheel))?;
     for file in ["licenses/LICENSE-APACHE", "licenses/LICENSE-MIT", "fingerpad/py.typed", "fingerpad/_native.pyi"] {
         ensure!(listed.contains(file), "the wheel has no file {file}");
@@ -87,15 +87,22 @@ fn pytest(python: &Path, folder: &str, tests: &Tests) -> Command {
 }
 
 pub fn mujoco_gate() -> Result<()> {
-    mujoco(&GATE)
+    run(&mut pytest(&plugin(&GATE)?, MUJOCO, &GATE))
 }
 
+/// The wheel with what it depends on, in an environment of its own, as a user installs it.
 pub fn mujoco_nightly() -> Result<()> {
-    mujoco(&NIGHTLY)
-}
-
-fn mujoco(tests: &Tests) -> Result<()> {
-    run(&mut pytest(&plugin(tests)?, MUJOCO, tests))
+    let python = plugin(&NIGHTLY)?;
+    let wheels = tempfile::tempdir()?;
+    let wheel = plugin_wheel(&python, wheels.path())?;
+    sh(".", "python3 -m venv --clear target/mujoco-wheel")?;
+    let fresh = root().join("target/mujoco-wheel/bin/python");
+    install::retry(|| {
+        let mut pip = module(&fresh, "pip install --quiet");
+        pip.arg(&wheel);
+        pip
+    })?;
+    run(pytest(&python, MUJOCO, &NIGHTLY).env("FINGERPAD_WHEEL_PYTHON", fresh))
 }
 
 /// Builds the plugin and prints the tables of the held object: `args` are those of `examples/hold.py`.
@@ -120,14 +127,43 @@ fn held(python: &Path) -> Command {
 /// The C library, the Python packages and the plugin, built against pip's MuJoCo; returns the Python that has them.
 fn plugin(tests: &Tests) -> Result<PathBuf> {
     install::programs(&["gcc", "make"])?;
-    c::library()?;
+    let library = c::library()?;
     let python = install::python(tests.environment, tests.requirements)?;
-    let asked = "import mujoco, pathlib; print(pathlib.Path(mujoco.__file__).parent)";
-    let mujoco = output(at_root(&python).args(["-c", asked]))?;
-    let cmake = python.with_file_name("cmake").display().to_string();
-    run(command(MUJOCO, &format!("{cmake} -S . -B build")).arg(format!("-DMUJOCO_FOLDER={}", mujoco.trim())))?;
-    sh(MUJOCO, &format!("{cmake} --build build"))?;
+    let wheels = tempfile::tempdir()?;
+    let mut build = wheel_build(&python, wheels.path());
+    run(build.env("SKBUILD_CMAKE_DEFINE", format!("FINGERPAD_LIBRARY={}", library.display())))?;
+    let wheel = only_file(wheels.path())?;
+    run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(wheel))?;
     Ok(python)
+}
+
+/// The command that builds the plugin's wheel in a folder, against the MuJoCo and with the tools of an environment.
+fn wheel_build(python: &Path, out: &Path) -> Command {
+    let mut build = module(python, "pip wheel --quiet --no-build-isolation --no-deps --wheel-dir");
+    build.arg(out).arg(root().join(MUJOCO));
+    build
+}
+
+/// The plugin's wheel as it is handed on, in a folder: its tag names the oldest glibc that has the symbols it needs.
+fn plugin_wheel(python: &Path, out: &Path) -> Result<PathBuf> {
+    let built = tempfile::tempdir()?;
+    run(&mut wheel_build(python, built.path()))?;
+    // MuJoCo's library is that of its package.
+    let mut repair = module(python, "auditwheel repair --exclude libmujoco.so.* --wheel-dir");
+    let programs = std::env::var_os("PATH").unwrap_or_default();
+    let own = python.parent().context("no folder")?.to_owned();
+    let path = std::env::join_paths([own].into_iter().chain(std::env::split_paths(&programs)))?;
+    run(repair.env("PATH", path).arg(out).arg(only_file(built.path())?))?;
+    let wheels = fs::read_dir(out)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    let wheel = wheels.into_iter().find(|wheel| wheel.to_string_lossy().contains("fingerpad_mujoco-"));
+    let wheel = wheel.context("auditwheel made no wheel")?;
+    ensure!(wheel.to_string_lossy().contains("manylinux"), "{}: no tag of manylinux", wheel.display());
+    Ok(wheel)
+}
+
+/// The file that a folder holds.
+fn only_file(folder: &Path) -> Result<PathBuf> {
+    Ok(fs::read_dir(folder)?.next().with_context(|| format!("{}: empty", folder.display()))??.path())
 }
 
 pub fn warp_gate() -> Result<()> {
@@ -149,8 +185,8 @@ fn warp(tests: &Tests) -> Result<()> {
     run(&mut pytest(&python, WARP, tests))
 }
 
-/// Wheels of the core for any Linux of the last ten years on x86_64 and aarch64, and the sources as an archive, in a folder. The
-/// wheel for this processor is installed and used.
+/// Wheels of the core for any Linux of the last ten years on x86_64 and aarch64, and its sources as an archive, in a folder; the wheel of the
+/// plugin for this processor. Those for this processor are installed and used.
 pub fn release(out: &Path) -> Result<()> {
     let python = install::python("release-python", "bindings/python/requirements-release.txt")?;
     fs::create_dir_all(out)?;
@@ -169,6 +205,11 @@ pub fn release(out: &Path) -> Result<()> {
     }
     run(&mut maturin("sdist"))?;
     let wheels = fs::read_dir(out)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+    install::programs(&["gcc", "make"])?;
+    let plugin = plugin_wheel(&python, out)?;
+    run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(plugin))?;
+    let load = "import fingerpad_mujoco, mujoco; mujoco.MjModel.from_xml_string('<mujoco><extension><plugin plugin=\"fingerpad.contact\"/></extension></mujoco>')";
+    run(at_root(&python).current_dir(root().join("target")).args(["-W", "error", "-c", load]))?;
     if let Some(wheel) = wheels.iter().find(|wheel| wheel.to_string_lossy().contains(std::env::consts::ARCH)) {
         run(module(&python, "pip install --quiet --force-reinstall").arg(wheel))?;
         let step = "import fingerpad; r = fingerpad.Finger(fingerpad.Model.shipped()).step(depth_mm=1.0); assert r.normal_force_n > 0.1, r";

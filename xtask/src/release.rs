@@ -12,7 +12,8 @@ use crate::{binding, c, package, web};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Files that state the version, and the words before it.
-const STATED: [(&str, &str); 4] = [
+const STATED: [(&str, &str); 5] = [
+    ("bindings/mujoco/pyproject.toml", "version = \""),
     ("bindings/python/pyproject.toml", "version = \""),
     ("bindings/warp/pyproject.toml", "version = \""),
     ("CITATION.cff", "version: "),

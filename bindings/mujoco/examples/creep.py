@@ -50,7 +50,6 @@ def creep(name, watch_s=WATCH_S, model_file=scenes.PAD_FILE):
 
 
 if __name__ == "__main__":
-    fingerpad_mujoco.load()
     for name in (*OPTIONS, FINGERTIPS):
         row = creep(name)
         print(f"{name}: {row['creep_um_s']:.2g} um/s at {row['normal_force_n']:.1f} N, {row['limit_over_weight']:.1f} times the weight, {row['sag_mm']:.2f} mm lower")

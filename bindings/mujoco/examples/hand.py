@@ -262,7 +262,6 @@ def main():
     parser.add_argument("--picture", metavar="FILE", help="write a picture that moves")
     parser.add_argument("--object", choices=OBJECTS, default="bottle", help="what it shows")
     arguments = parser.parse_args()
-    fingerpad_mujoco.load()
     if arguments.picture:
         picture(arguments.picture, arguments.object)
         return

@@ -411,7 +411,6 @@ def main():
     parser.add_argument("--shaken", action="store_true", help="with --contact-ns: while all is shaken")
     arguments = parser.parse_args()
     duration = 10.0 if arguments.quick else 60.0
-    fingerpad_mujoco.load()
     if arguments.contact_ns:
         print(f"spin_step {contact_ns(arguments.contact_ns, arguments.shaken):.0f}")
         return

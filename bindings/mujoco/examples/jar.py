@@ -162,7 +162,6 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--picture", metavar="FILE", help="write a strip of pictures")
     arguments = parser.parse_args()
-    fingerpad_mujoco.load()
     for grip_n in (HOLDS_N, SLIPS_N):
         result = turn(grip_n)
         angles = ", ".join(f"{angle:.1f}" for angle in result["angles_deg"])

@@ -1,14 +1,10 @@
 """The scenes of the examples and tests, as MJCF. Metres, kilograms, newtons, as MuJoCo has them."""
 
-import pathlib
-import sys
-
 import meshes
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from fingerpad_mujoco import MODELS
 
-MODELS = pathlib.Path(__file__).resolve().parents[3] / "data" / "models"
 #: The bed, which is of one pose on a plane, and the pad, which follows the pose on every geom that it can touch.
 MODEL_FILE, PAD_FILE = MODELS / "fingertip.fpm", MODELS / "fingertip-pad.fpm"
 #: Half the object's width, where the fingers touch it, m.

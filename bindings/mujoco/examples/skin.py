@@ -66,5 +66,4 @@ def draw(pull_n, patches, contact):
 
 
 if __name__ == "__main__":
-    fingerpad_mujoco.load()
     story(draw)

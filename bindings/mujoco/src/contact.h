@@ -10,7 +10,7 @@
 #include "placement.h"
 #include "settings.h"
 
-/* Numbers of a sensor for one contact; fingerpad_mujoco.py names them. */
+/* Numbers of a sensor for one contact; fingerpad_mujoco names them. */
 #define OUTPUT_NUMBERS 20
 /* Flag of `status`: the time step is longer than the largest stable one. Above the flags of the C library. */
 #define STATUS_STEP_TOO_LONG 16384

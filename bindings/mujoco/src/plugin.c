@@ -23,6 +23,8 @@ static const outcome NOTHING = {.stable_step_s = 1};
 
 /* The largest stable time step of the contacts that touched in the last forward pass, s; infinite for none. */
 MUJOCO_HELPER_DLL_EXPORT double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d);
+/* Sets the folder of the models that ship with the plugin. */
+MUJOCO_HELPER_DLL_EXPORT void fingerpad_mujoco_set_models(const char* folder);
 
 /* One contact of an instance: what can be computed again from MuJoCo's state, kept for speed. */
 typedef struct {
@@ -342,6 +344,8 @@ static void warn(const mjModel* m, const mjData* d, int instance) {
     }
   }
 }
+
+void fingerpad_mujoco_set_models(const char* folder) { settings_set_models(folder); }
 
 double fingerpad_mujoco_stable_step(const mjModel* m, mjData* d) {
   int count = find_touching(NULL, m, d);

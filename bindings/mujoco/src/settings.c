@@ -167,9 +167,23 @@ static int read_places(settings* s, const mjModel* m, int instance) {
   return 0;
 }
 
+/* The folder of the models that ship, "" for none. */
+static char models[4096];
+
+void settings_set_models(const char* folder) { snprintf(models, sizeof(models), "%s", folder); }
+
+/* A model of that name among those that ship. */
+static FILE* open_shipped(const char* name) {
+  char path[sizeof(models) + WORD_MAX];
+  if (!*models || !*name || strchr(name, '/') || strlen(name) >= WORD_MAX) return NULL;
+  snprintf(path, sizeof(path), "%s/%s", models, name);
+  return fopen(path, "rb");
+}
+
 /* The whole of a file in memory aligned for the model, or NULL. */
 static void* read_file(const char* path, size_t* length) {
   FILE* file = fopen(path, "rb");
+  if (!file) file = open_shipped(path);
   if (!file) return NULL;
   char* bytes = NULL;
   long size = -1;
@@ -290,7 +304,7 @@ static int read_model(settings* s, const mjModel* m, int instance) {
   size_t length;
   s->file = read_file(path, &length);
   if (!s->file) {
-    snprintf(why, sizeof(why), "cannot be read (%s); a relative path counts from the working directory", strerror(errno));
+    snprintf(why, sizeof(why), "cannot be read (%s); a relative path counts from the working directory, and no model of this name ships", strerror(errno));
     return refuse(m, instance, "model_file", path, *path ? why : "give the path of a .fpm file");
   }
   int code = load(s, length);

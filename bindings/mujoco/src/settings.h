@@ -59,6 +59,8 @@ typedef struct {
 int find_object(const mjModel* m, const char* who, mjtObj type, const char* name);
 /* Number of geoms that the attribute names, for the size of the state; 0 if there is none. */
 int settings_geom_count(const mjModel* m, int instance);
+/* The folder in which a model file is looked for that is named without a folder and does not lie in the working directory. */
+void settings_set_models(const char* folder);
 /* Reads the model file alone, for the size of the state; a file that cannot be read leaves the settings empty. */
 void settings_preview(settings* s, const mjModel* m, int instance);
 /* Reads all attributes and the model file. Returns 0, or -1 after a warning that names the attribute and its value. */

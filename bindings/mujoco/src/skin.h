@@ -5,7 +5,7 @@
 
 #include "contact.h"
 
-/* Numbers of a patch; fingerpad_mujoco.py names them. */
+/* Numbers of a patch; fingerpad_mujoco names them. */
 #define PATCH_NUMBERS 15
 
 /* The settings of an instance of fingerpad.contact, and its contacts after the last trial. */

@@ -1,16 +1,11 @@
-"""The plugin is loaded once; the examples' modules can be imported."""
+"""The examples' modules can be imported; the plugin is that of the installed package."""
 
 import pathlib
 import sys
 
 import pytest
 
-HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent), str(HERE.parent / "examples")]
-
-import fingerpad_mujoco  # noqa: E402
-
-fingerpad_mujoco.load()
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "examples"))
 
 
 @pytest.fixture(autouse=True)

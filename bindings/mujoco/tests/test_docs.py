@@ -1,5 +1,6 @@
 """The commands in docs/my-simulation-mujoco.md run, and print the output on the page up to its numbers."""
 
+import os
 import pathlib
 import re
 import subprocess
@@ -19,13 +20,11 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
-@pytest.mark.parametrize("model_file", ["fingertip.fpm", "fingertip-pad.fpm"])
-def test_the_page_runs(model_file, own_folder):
-    for name in ("bindings", "data"):
-        (own_folder / name).symlink_to(ROOT / name)
+def page_runs(python, model_file, folder):
+    """The page's program on the page's scene prints what stands there, up to the numbers."""
     [scene], [program] = blocks("xml"), blocks("python")
-    (own_folder / "finger.xml").write_text(scene.replace("fingertip-pad.fpm", model_file))
-    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    (folder / "finger.xml").write_text(scene.replace("fingertip-pad.fpm", model_file))
+    ran = subprocess.run([python, "-W", "error", "-c", program], capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0, ran.stderr
 
     def shape(text):
@@ -34,6 +33,16 @@ def test_the_page_runs(model_file, own_folder):
     assert shape(ran.stdout) == shape(blocks("text")[0])
     margins = [float(line.split()[-1]) for line in ran.stdout.splitlines() if "margin" in line]
     assert margins == sorted(margins, reverse=True) and margins[0] > 0.9 and len(margins) == 4
+
+
+@pytest.mark.parametrize("model_file", ["fingertip.fpm", "fingertip-pad.fpm"])
+def test_the_page_runs(model_file, own_folder):
+    page_runs(sys.executable, model_file, own_folder)
+
+
+@pytest.mark.nightly
+def test_the_page_runs_where_nothing_but_the_wheel_was_installed(own_folder):
+    page_runs(os.environ["FINGERPAD_WHEEL_PYTHON"], "fingertip-pad.fpm", own_folder)
 
 
 def test_every_attribute_and_the_number_of_outputs_are_described():

@@ -1,5 +1,8 @@
 """Bad attributes are refused by name and value; positions that are not finite do no harm."""
 
+import subprocess
+import sys
+
 import mujoco
 import numpy as np
 import paths
@@ -100,9 +103,30 @@ def test_a_pad_that_relaxes_is_refused_by_name(capfd, own_folder):
     assert "section RELX" in said and f'attribute model_file = "{soft}"' in said, said
 
 
-def test_a_missing_plugin_is_an_error_with_the_build_commands(tmp_path):
-    with pytest.raises(FileNotFoundError, match="cmake --build"):
-        fingerpad_mujoco.load(tmp_path / "nothing.so")
+def test_another_version_of_mujoco_is_refused_by_name(monkeypatch):
+    monkeypatch.setattr(mujoco, "mj_versionString", lambda: "4.99.0")
+    with pytest.raises(ImportError, match=r"built against MuJoCo 4\.\d+\.\d+, and MuJoCo 4\.99\.0 is installed; this helps: pip install mujoco==4"):
+        fingerpad_mujoco.load()
+
+
+@pytest.mark.parametrize("first", ["mujoco", "fingerpad_mujoco, mujoco"])
+def test_the_import_of_mujoco_alone_finds_plugin_and_model(first, own_folder):
+    (own_folder / "finger.xml").write_text(paths.scene(model_file="fingertip-pad.fpm"))
+    program = f"import {first}; print(mujoco.MjModel.from_xml_path('finger.xml').nplugin)"
+    ran = subprocess.run([sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=60)
+    assert (ran.stdout, ran.stderr) == ("1\n", ""), ran.stderr
+
+
+def test_a_model_beside_the_scene_comes_before_one_that_ships(own_folder):
+    name = "fingertip-pad.fpm"
+    folder = own_folder / "scenes"
+    folder.mkdir()
+    path = folder / "finger.xml"
+    path.write_text(paths.scene(model_file=name))
+    stated = lambda: dict(fingerpad_mujoco.spec_from_path(path).plugins[0].config)["model_file"]
+    assert stated() == name
+    (folder / name).write_bytes(scenes.PAD_FILE.read_bytes())
+    assert stated() == str(folder / name)
 
 
 def test_an_unknown_sensor_is_named():

@@ -1,11 +1,13 @@
-"""Fingertip contact for MuJoCo: loads the engine plugin ``fingerpad.contact`` and names the numbers of its sensor.
+"""Fingertip contact for MuJoCo: names the numbers of the sensors of the engine plugin ``fingerpad.contact``.
 
-Call ``load()`` before any model that uses the plugin; then::
+``import mujoco`` loads the plugin once this package is installed::
 
-    model = model_from_path("hand.xml")
+    model = mujoco.MjModel.from_xml_path("hand.xml")
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data)
-    print(read(data, "thumb")[0]["slip_margin"])
+    print(fingerpad_mujoco.read(data, "thumb")[0]["slip_margin"])
+
+Raises ImportError if the plugin was built against another version of MuJoCo.
 """
 
 import ctypes
@@ -14,9 +16,7 @@ import pathlib
 import mujoco
 import numpy as np
 
-HERE = pathlib.Path(__file__).resolve().parent
-#: Where ``cmake --build`` leaves the plugin.
-LIBRARY = HERE / "build" / "libfingerpad_mujoco.so"
+from ._plugin import MODELS as MODELS, load
 #: Name of the plugin in a model.
 PLUGIN = "fingerpad.contact"
 #: Numbers of the sensor for each contact, in this order. Forces are those that the geom exerts on the finger along x (the finger's
@@ -56,6 +56,8 @@ PATCH = np.dtype(
         ("stick_ratio", float),
     ]
 )
+_stable_step = load().fingerpad_mujoco_stable_step
+_stable_step.restype, _stable_step.argtypes = ctypes.c_double, [ctypes.c_void_p, ctypes.c_void_p]
 #: Flags of ``status``.
 STATUS = {
     2: "bad_input",
@@ -72,25 +74,8 @@ STATUS = {
 }
 
 
-def load(library=LIBRARY):
-    """Registers the plugin with MuJoCo. Once in a program is enough; a second call has no effect.
-
-    ``library``: the built plugin. Raises FileNotFoundError with the commands that build it.
-    """
-    path = pathlib.Path(library)
-    if not path.is_file():
-        folder = pathlib.Path(mujoco.__file__).parent
-        raise FileNotFoundError(
-            f"no {path}; build it:\n"
-            f"  (cd {HERE.parent / 'c'} && cargo build --release)\n"
-            f"  cmake -S {HERE} -B {HERE / 'build'} -DMUJOCO_FOLDER={folder}\n"
-            f"  cmake --build {HERE / 'build'}"
-        )
-    mujoco.mj_loadPluginLibrary(str(path))
-
-
 def spec_from_path(path):
-    """The MjSpec of a model's XML file, in which each relative ``model_file`` counts from the folder of that file.
+    """The MjSpec of a model's XML file, in which each relative ``model_file`` counts from the folder of that file, unless only :data:`MODELS` has it.
 
     Attach it to another with ``MjSpec.attach(spec, prefix="L_", ...)``, or compile it. MuJoCo itself gives a plugin no folder: in
     a model that is loaded otherwise a relative ``model_file`` counts from the working directory. Raises ValueError for a file that
@@ -102,8 +87,10 @@ def spec_from_path(path):
         config = dict(plugin.config)
         if plugin.plugin_name == PLUGIN and config.get("model_file"):
             # An absolute path replaces the folder before it.
-            config["model_file"] = str(path.resolve().parent / config["model_file"])
-            plugin.config = config
+            beside = path.resolve().parent / config["model_file"]
+            if beside.is_file() or not (MODELS / config["model_file"]).is_file():
+                config["model_file"] = str(beside)
+                plugin.config = config
     return spec
 
 
@@ -163,15 +150,13 @@ def _frame_at(site):
     return frame
 
 
-def stable_step(model, data, library=LIBRARY):
+def stable_step(model, data):
     """The largest time step, s, at which the contacts of the last forward pass are stable; ``inf`` without contact.
 
     Counts all contacts of the plugin, the masses and inertias of all bodies, shifts and turns of the fingertips against the
-    geoms. Springs and servos of the model are not counted. ``library``: as in :func:`load`.
+    geoms. Springs and servos of the model are not counted.
     """
-    function = ctypes.CDLL(str(library)).fingerpad_mujoco_stable_step
-    function.restype, function.argtypes = ctypes.c_double, [ctypes.c_void_p, ctypes.c_void_p]
-    return function(model._address, data._address)
+    return _stable_step(model._address, data._address)
 
 
 def read(data, sensor):
