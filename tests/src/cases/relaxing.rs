@@ -1,0 +1,247 @@
+//! Tissue that relaxes, in the finite elements: closed forms at a point, derivatives, work, press and hold.
+
+use fingerpad::{Branch, Relaxation};
+use fingerpad_fe::assembly::{Body, Configuration, TissueMemory};
+use fingerpad_fe::load_path::{BoneKind, Drive, Path, Problem, Trajectory, Waypoint};
+use fingerpad_fe::mesh::MeshPreset;
+use nalgebra::{Matrix3, Vector3};
+
+use super::energy::error as energy_error;
+use super::hyperelastic::{laws, unit_cube};
+use super::tangents::{body_error, composite, disturbed, free};
+use crate::differences::unit_directions;
+use crate::problems::{
+    blocks::{all_held, body_of},
+    fingers::{finger, follow, problem},
+};
+use crate::random::Random;
+use crate::verify;
+
+/// G(t) of the branches.
+fn relaxed_by(t_s: f64) -> f64 {
+    let branches = Relaxation::HUMAN_ASSUMED.cast::<f64>();
+    1.0 + branches.branches().iter().map(|b| b.share * (-t_s / b.time_s).exp()).sum::<f64>()
+}
+
+fn memory_of(body: &Body) -> TissueMemory {
+    body.memory(&Relaxation::HUMAN_ASSUMED).expect("soft elements")
+}
+
+/// The unit cube under a homogeneous deformation.
+fn moved(body: &Body, f: &Matrix3<f64>) -> Configuration {
+    let mut at = body.undeformed().clone();
+    at.x.iter_mut().for_each(|x| *x = f * *x);
+    at
+}
+
+/// Kirchhoff stress of the cube's element, MPa.
+fn kirchhoff(body: &Body, at: &Configuration, memory: &TissueMemory) -> [f64; 6] {
+    let volume = (at.x[6] - at.x[0]).x * (at.x[6] - at.x[0]).y * (at.x[6] - at.x[0]).z;
+    body.stresses((at, Some(&memory.present())))[0].cauchy_mpa.map(|s| s * volume)
+}
+
+pub fn a_step_and_hold_relaxes_as_the_sum_of_the_branches() {
+    let mesh = unit_cube();
+    let (mut worst, mut turned) = (0.0f64, 0.0f64);
+    for (_, law) in laws() {
+        let body = body_of(&mesh, law, &all_held(&mesh));
+        for stretch in [0.5f64, 0.9, 1.2, 3.0] {
+            let pull = Matrix3::from_diagonal(&Vector3::new(stretch, stretch.powf(-0.5), stretch.powf(-0.5)));
+            let at = moved(&body, &pull);
+            let relaxed = body.stresses(&at)[0].cauchy_mpa;
+            let mut memory = memory_of(&body);
+            body.remember(&mut memory, 0.0, &at);
+            let mut t_s = 0.0;
+            for dt_s in [0.0, 1e-4, 3e-3, 0.02, 0.02, 0.4, 1.5, 40.0] {
+                let of_step = body.stresses((&at, Some(&memory.step(dt_s))))[0].cauchy_mpa;
+                body.remember(&mut memory, dt_s, &at);
+                t_s += dt_s;
+                let now = body.stresses((&at, Some(&memory.present())))[0].cauchy_mpa;
+                let ratio = |s: &[f64; 6]| (s[0] - s[1]) / (relaxed[0] - relaxed[1]);
+                for stress in [of_step, now] {
+                    worst = worst.max((ratio(&stress) / relaxed_by(t_s) - 1.0).abs());
+                }
+            }
+            // The memory turns with the body, and acts along the axes of the undeformed frame.
+            let turn = nalgebra::Rotation3::new(Vector3::new(0.4, -1.0, 0.6)).into_inner();
+            let mut memory = memory_of(&body);
+            body.remember(&mut memory, 0.0, &at);
+            let forces = |at: &Configuration| body.nodal_forces((at, Some(&memory.step(0.01))));
+            let scale = forces(&at).iter().map(|f| f.norm()).fold(0.0, f64::max);
+            for (a, b) in forces(&at).iter().zip(forces(&moved(&body, &(turn * pull)))) {
+                turned = turned.max((turn * a - b).norm() / scale);
+            }
+        }
+    }
+    verify("relaxing tissue, step and hold", "error of the stress over 1 + sum g exp(-t/tau)", worst, 1e-10);
+    verify("relaxing tissue, turned after a step", "error of the forces", turned, 1e-9);
+}
+
+pub fn a_ramp_has_an_error_of_second_order_in_the_time_step() {
+    let mesh = unit_cube();
+    let (_, law) = laws().swap_remove(0);
+    let body = body_of(&mesh, law, &all_held(&mesh));
+    // Stress at the end of a ramp of the logarithmic strain in 0.1 s.
+    let end = |steps: u32| {
+        let mut memory = memory_of(&body);
+        let mut stress = 0.0;
+        for k in 0..=steps {
+            let l = (0.4 * f64::from(k) / f64::from(steps)).exp();
+            let at = moved(&body, &Matrix3::from_diagonal(&Vector3::new(l, l.powf(-0.5), l.powf(-0.5))));
+            body.remember(&mut memory, if k == 0 { 0.0 } else { 0.1 / f64::from(steps) }, &at);
+            stress = kirchhoff(&body, &at, &memory)[0] - kirchhoff(&body, &at, &memory)[1];
+        }
+        stress
+    };
+    let exact = (4.0 * end(3200) - end(1600)) / 3.0;
+    let errors = [100, 200].map(|steps| (end(steps) / exact - 1.0).abs());
+    verify("relaxing tissue, ramp of 0.1 s", "error of the stress, 100 steps", errors[0], 1e-3);
+    verify("relaxing tissue, ramp of 0.1 s", "error with twice the steps over a quarter", 4.0 * errors[1] / errors[0], 1.2);
+}
+
+pub fn no_closed_path_yields_work_at_any_pace() {
+    let mesh = unit_cube();
+    let mut random = Random::new(17);
+    let mut least = f64::INFINITY;
+    for (_, law) in laws() {
+        let body = body_of(&mesh, law, &all_held(&mesh));
+        for path in 0..40 {
+            let mut memory = memory_of(&body);
+            // Principal logarithmic strains at constant volume; stretches up to 5, as the second Piola form loses work there.
+            let reach = [0.05, 0.4, 1.6][path % 3];
+            let corners: Vec<[f64; 2]> =
+                (0..5).map(|_| std::array::from_fn(|_| 0.5 * reach * random.list(1)[0])).collect();
+            let (mut from, mut work, mut exchanged) = ([0.0; 2], 0.0, 0.0f64);
+            for to in corners.iter().copied().chain([[0.0; 2]]) {
+                let steps = 1 + (8.0 * random.list(1)[0].abs()) as u32;
+                let dt_s = [0.0, 1e-5, 1e-3, 0.03, 1.0, 1e8][(6.0 * random.list(1)[0].abs()) as usize % 6];
+                for k in 1..=steps {
+                    let share = f64::from(k) / f64::from(steps);
+                    let e: [f64; 2] = std::array::from_fn(|i| from[i] + share * (to[i] - from[i]));
+                    let f = Vector3::new(e[0].exp(), e[1].exp(), (-e[0] - e[1]).exp());
+                    let at = moved(&body, &Matrix3::from_diagonal(&f));
+                    body.remember(&mut memory, dt_s, &at);
+                    let tau = kirchhoff(&body, &at, &memory);
+                    let by: [f64; 2] = std::array::from_fn(|i| (to[i] - from[i]) / f64::from(steps));
+                    let done = (tau[0] - tau[2]) * by[0] + (tau[1] - tau[2]) * by[1];
+                    work += done;
+                    exchanged += done.abs();
+                }
+                from = to;
+            }
+            least = least.min(work / exchanged);
+        }
+    }
+    println!("least work over what is exchanged: {least:+.3}");
+    verify("relaxing tissue, 360 closed paths", "work gained over what is exchanged", (-least).max(0.0), 1e-9);
+}
+
+/// A memory after two disturbances of the body.
+fn disturbed_memory(body: &Body, amplitude: f64) -> TissueMemory {
+    let mut memory = memory_of(body);
+    for (seed, dt_s) in [(31, 0.01), (32, 0.05)] {
+        body.remember(&mut memory, dt_s, &disturbed(body, amplitude, seed));
+    }
+    memory
+}
+
+pub fn tangent_and_forces_of_a_step_are_derivatives() {
+    let body = composite();
+    let step = disturbed_memory(&body, 0.1).step(0.02);
+    let at = disturbed(&body, 0.1, 4);
+    let directions = free(&body, unit_directions(body.dofs.count));
+    let case = "relaxing tissue, block with rigid bone and tied nail";
+    verify(case, "error of the tangent, every dof", body_error(&body, &at, Some(&step), 1e-3, &directions), 1e-6);
+    verify(case, "error of the forces, every dof", energy_error(&body, &at, Some(&step), 1e-3, &directions), 1e-6);
+    // Equal stretches, of which the quotients are series: a cube of one element about an isotropic state.
+    let mesh = unit_cube();
+    let mut worst = 0.0f64;
+    for (_, law) in laws() {
+        let body = body_of(&mesh, law, &all_held(&mesh));
+        for [a, b] in [[0.0, 0.0], [1e-9, 1e-5], [1e-4, 4e-3], [6e-3, 0.012], [0.02, 0.3], [0.0, 0.4]] {
+            let turn = nalgebra::Rotation3::new(Vector3::new(0.5, -0.3, 0.8)).into_inner();
+            let f = Matrix3::from_diagonal(&Vector3::new(1.1, 1.1 * f64::exp(a), 1.1 * f64::exp(b)));
+            let at = moved(&body, &(turn * f * turn.transpose()));
+            let mut memory = memory_of(&body);
+            let shear = Matrix3::new(1.1, 0.3, -0.2, 0.1, 0.9, 0.25, -0.1, 0.2, 1.05);
+            body.remember(&mut memory, 0.01, &moved(&body, &shear));
+            let step = memory.step(0.02);
+            let force = |f: &Matrix3<f64>| {
+                let at = moved(&body, f);
+                body.nodal_forces((&at, Some(&step))).iter().flat_map(|f| [f.x, f.y, f.z]).collect::<Vec<f64>>()
+            };
+            let energy = |x: &Configuration| vec![body.energy((x, Some(&step))).0];
+            let directions: Vec<Vec<f64>> = unit_directions(9);
+            let gradient = |d: &[f64]| Matrix3::from_column_slice(d);
+            let base = turn * f * turn.transpose();
+            let work = |d: &[f64]| {
+                let by = body.undeformed().x.iter().flat_map(|x| (gradient(d) * x).iter().copied().collect::<Vec<_>>());
+                vec![force(&base).iter().zip(by).map(|(f, u)| f * u).sum::<f64>(), 0.01]
+            };
+            let along = |d: &[f64], s: f64| {
+                let mut out = energy(&moved(&body, &(base + gradient(d) * s)));
+                out.push(0.01 * s);
+                out
+            };
+            worst = worst.max(crate::differences::worst_error(1e-3, &directions, along, work));
+            let _ = &at;
+        }
+    }
+    verify("relaxing tissue, nearly equal stretches", "error of the forces against the energy", worst, 1e-6);
+}
+
+/// A press to a depth in a time, and a hold.
+fn press_and_hold(depth_mm: f64, press_s: f64, holds_s: &[f64]) -> Path {
+    let corner = |t_s, normal| Waypoint { t_s, normal, x: 0.0, y: 0.0 };
+    let mut corners = vec![corner(0.0, 0.0), corner(press_s, depth_mm)];
+    corners.extend(holds_s.iter().map(|t_s| corner(press_s + t_s, depth_mm)));
+    Path::new([Drive::Displacement; 3], corners)
+}
+
+fn relaxing<'a>(problem: Problem<'a>) -> Problem<'a> {
+    Problem { relaxation: Relaxation::HUMAN_ASSUMED, ..problem }
+}
+
+pub fn without_branches_and_after_a_long_time_the_finger_is_as_ever() {
+    let finger = finger("e", MeshPreset::Coarse, BoneKind::Floating, 1.0).unwrap();
+    let of = |relaxation: Relaxation, step_s: f64| -> Trajectory {
+        let corner = |t_s: f64, normal, x| Waypoint { t_s: t_s * step_s, normal, x, y: 0.0 };
+        let path = Path::new([Drive::Displacement; 3], vec![corner(0.0, 0.0, 0.0), corner(5.0, 0.3, 0.0), corner(8.0, 0.3, 0.3)]);
+        let problem = Problem { relaxation, half: finger.half.as_ref(), ..problem(&finger.body, &finger.mesh.pad_faces) };
+        follow(&problem, &path).unwrap()
+    };
+    let (plain, slow) = (of(Relaxation::none(), 1.0), of(Relaxation::HUMAN_ASSUMED, 1e5));
+    let zero = Relaxation::new(&[Branch { share: 0.0, time_s: 0.1 }]).unwrap();
+    assert_eq!(format!("{plain:?}").replace(&format!("{:?}", plain.cost), ""), {
+        let other = of(zero, 1.0);
+        format!("{other:?}").replace(&format!("{:?}", other.cost), "")
+    });
+    assert_eq!(plain.responses.len(), slow.responses.len());
+    let mut worst = 0.0f64;
+    for (a, b) in plain.responses.iter().zip(&slow.responses) {
+        for (a, b) in [(a.normal_force_n, b.normal_force_n), (a.friction_x_n, b.friction_x_n)] {
+            worst = worst.max((a - b).abs());
+        }
+    }
+    verify("relaxing tissue, 1e4 s an increment", "difference from tissue without branches, N", worst, 1e-7);
+}
+
+pub fn a_finger_pressed_and_held_relaxes_as_its_tissue() {
+    for (kind, bound) in [(BoneKind::Fixed, 0.01), (BoneKind::Floating, 0.01)] {
+        let finger = finger("e", MeshPreset::Coarse, kind, 1.0).unwrap();
+        let problem = Problem { friction: None, half: finger.half.as_ref(), ..problem(&finger.body, &finger.mesh.pad_faces) };
+        let path = press_and_hold(1.0, 1e-6, &[0.01, 0.1, 1.0, 140.0]);
+        let run = follow(&relaxing(problem), &path).unwrap();
+        let last = *run.responses.last().unwrap();
+        let (mut worst, mut area) = (0.0f64, 0.0f64);
+        for r in run.responses.iter().filter(|r| r.depth_mm >= 1.0) {
+            let (ratio, g) = (r.normal_force_n / last.normal_force_n, relaxed_by(r.t_s - 1e-6));
+            println!("{kind:?} {:.4} s: {ratio:.4} of {g:.4} {:+.3} %, area {:.4}", r.t_s, 100.0 * (ratio / g - 1.0), r.contact_area_mm2 / last.contact_area_mm2);
+            worst = worst.max((ratio / g - 1.0).abs());
+            area = area.max((r.contact_area_mm2 / last.contact_area_mm2 - 1.0).abs());
+        }
+        let case = format!("relaxing tissue, press and hold, bone {kind:?}");
+        verify(&case, "error of the force over that of relaxed tissue", worst, bound);
+        verify(&case, "change of the area", area, 0.003);
+    }
+}
