@@ -28,6 +28,7 @@ mod eval;
 mod export;
 mod finger;
 mod help;
+mod hold;
 mod identify;
 mod interrupt;
 mod mesh;

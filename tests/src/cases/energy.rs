@@ -17,18 +17,13 @@ use nalgebra::Rotation3;
 use super::tangents::{composite, disturbed, free};
 
 /// Largest error of the residual against differences of the energy along `directions`.
-pub fn error(
-    body: &Body,
-    at: &Configuration,
-    tissue: Option<&TissueStep>,
-    h: f64,
-    directions: &[Vec<f64>],
-) -> f64 {
+pub fn error(body: &Body, at: &Configuration, tissue: Option<&TissueStep>, h: f64, directions: &[Vec<f64>]) -> f64 {
     let mut residual = Vec::new();
     body.residual((at, tissue), &mut residual).unwrap();
     // Each direction against the largest possible entry, not its own: a dof without force has no scale.
     let largest = residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
-    let energy = |direction: &[f64], s: f64| vec![body.energy((&body.advance(at, direction, s), tissue)).0, largest * s];
+    let energy =
+        |direction: &[f64], s: f64| vec![body.energy((&body.advance(at, direction, s), tissue)).0, largest * s];
     let exact = |d: &[f64]| vec![residual.iter().zip(d).map(|(r, d)| r * d).sum(), largest];
     worst_error(h, directions, energy, exact)
 }

@@ -65,11 +65,7 @@ impl TissueMemory {
     /// * `points`: number of groups of eight points
     pub(super) fn new(relaxation: &Relaxation, points: usize) -> Option<Self> {
         let zero = vec![[[0.0; 8]; 6]; points];
-        let branch = |b: &fingerpad::Branch<f64>| Memory {
-            share: b.share,
-            time_s: b.time_s,
-            overstress: zero.clone(),
-        };
+        let branch = |b: &fingerpad::Branch<f64>| Memory { share: b.share, time_s: b.time_s, overstress: zero.clone() };
         let branches = relaxation.cast();
         let branches: Vec<Memory> = branches.branches().iter().filter(|b| b.share != 0.0).map(branch).collect();
         (!branches.is_empty()).then_some(Self { branches, relaxed: zero })
@@ -195,13 +191,7 @@ impl<L: Constitutive> Constitutive for Relaxing<'_, L> {
         let stiffness = f64x8::splat(self.steps.stiffness);
         std::array::from_fn(|k| law[k] * stiffness - back[k])
     }
-    fn moduli_at(
-        &self,
-        q: usize,
-        f: &Gradient,
-        b: &[f64x8; 6],
-        j: f64x8,
-    ) -> ([f64x8; 6], [[f64x8; 6]; 6]) {
+    fn moduli_at(&self, q: usize, f: &Gradient, b: &[f64x8; 6], j: f64x8) -> ([f64x8; 6], [[f64x8; 6]; 6]) {
         let (tau, c) = self.law.moduli(b, j);
         let back = Stretches::new(f, b).moduli(&self.back(q));
         let stiffness = f64x8::splat(self.steps.stiffness);

@@ -160,9 +160,8 @@ impl Stretches {
 
 /// `u stress v`.
 fn between(stress: &Sym<f64x8>, u: &[f64x8; 3], v: &[f64x8; 3]) -> f64x8 {
-    let row = |i: usize| {
-        stress[COMPONENT[i][0]] * v[0] + stress[COMPONENT[i][1]] * v[1] + stress[COMPONENT[i][2]] * v[2]
-    };
+    let row =
+        |i: usize| stress[COMPONENT[i][0]] * v[0] + stress[COMPONENT[i][1]] * v[1] + stress[COMPONENT[i][2]] * v[2];
     u[0] * row(0) + u[1] * row(1) + u[2] * row(2)
 }
 
@@ -186,8 +185,7 @@ fn second_difference(low: Point, middle: Point, high: Point) -> f64x8 {
     let mean = (low.0 + middle.0 + high.0) * f64x8::splat(1.0 / 3.0);
     let spread = high.0 - low.0;
     let near = spread.abs().simd_lt(mean * f64x8::splat(ALL_NEAR));
-    let direct =
-        (first_difference(middle, high) - first_difference(low, middle)) / near.select(f64x8::ONE, spread);
+    let direct = (first_difference(middle, high) - first_difference(low, middle)) / near.select(f64x8::ONE, spread);
     // About the mean: −sum_k (−1)^k h_k/((k + 2) mean²), h_k the complete symmetric polynomials of the relative deviations; h_1 = 0.
     let [x, y, z] = [low, middle, high].map(|p| p.0 / mean - f64x8::ONE);
     let (e2, e3) = (x * y + y * z + z * x, x * y * z);

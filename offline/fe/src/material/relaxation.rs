@@ -76,7 +76,8 @@ mod tests {
             assert_eq!(text(&parse(given).unwrap()), given);
         }
         assert_eq!(text(&parse("1:0.004,0.6:0.07,0.6:1.4").unwrap()), "human-assumed");
-        for (given, named) in [("1", "`1`"), ("-1:2", "share -1"), ("1:0", "time 0"), ("1:1,1:2,1:3,1:4", "4 branches")] {
+        for (given, named) in [("1", "`1`"), ("-1:2", "share -1"), ("1:0", "time 0"), ("1:1,1:2,1:3,1:4", "4 branches")]
+        {
             let error = parse(given).unwrap_err();
             assert!(error.contains(named), "{error}");
         }
