@@ -262,8 +262,8 @@ fn hold_errors(finger: &Finger) -> [f64; 2] {
 }
 
 /// The pressure in the tissue is elastic, so that tissue that can be compressed relaxes by less. The pass line of 1 % holds for tissue that
-/// cannot; the published tissue, with its bulk modulus of 30 to 60 shear moduli, and the joint of the bone, which is elastic, miss it. The area
-/// follows the pressure: its line of 0.3 % is missed by all.
+/// cannot; the published tissue, with its bulk modulus of 30 to 60 shear moduli, and the joint of the bone, which is elastic, miss it. The rim
+/// of the contact is placed by pressure over the modulus of relaxed tissue, so that the area, whose line is 0.3 %, grows with the pressure.
 pub fn a_finger_pressed_and_held_relaxes_as_its_tissue() {
     for (case, kind, factor, bounds) in [
         ("bone fixed, 30 times the bulk modulus", BoneKind::Fixed, 30.0, [0.01, 0.1]),
