@@ -7,10 +7,11 @@ use fingerpad::effects::Column;
 use fingerpad::effects::OWN;
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad::{Body, LeastRadii, Orthotropy, Surface};
-use fingerpad::{BRANCHES, Branch, Effects, Error, Field, File, Relaxation, Status, pad};
+use fingerpad::{Effects, Error, File, Relaxation, Status, pad};
 use fingerpad_diagnose::{ColumnMap, Correction, OwnColumn, RunSet, replay_all};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{Drive, Path as PlanePath, Turn, path_csv, response_csv};
+use fingerpad_fe::material::relaxation;
 use fingerpad_reduce::pad::{body_of, simulate_path_on_pad};
 use fingerpad_reduce::{
     PathError, TrajectoryRow, check_path, simulate_path, simulate_path_with_effects, steps_between_rows,
@@ -87,7 +88,7 @@ pub struct Args {
     body: BodyArgs,
     /// Branches of a pad's tissue in place of those of its file: `human-assumed`, `none`, or SHARE:TIME_S of up to three
     /// branches, shares over the relaxed stiffness
-    #[arg(long, value_name = "BRANCHES", value_parser = branches, conflicts_with_all = ["runs", "observe"])]
+    #[arg(long, value_name = "BRANCHES", value_parser = relaxation::parse, conflicts_with_all = ["runs", "observe"])]
     relaxation: Option<Relaxation>,
     /// Orthotropic friction of a pad in place of that of its file: strength across an axis of the skin over the strength along it, 0.1 to
     /// 10, and the angle of that axis from x towards y, degrees, as in 0.7:30
@@ -111,31 +112,6 @@ impl Args {
         let relaxation = self.relaxation.is_some().then_some("--relaxation");
         relaxation.or(self.orthotropy.is_some().then_some("--orthotropy"))
     }
-}
-
-/// Branches from their text.
-fn branches(text: &str) -> Result<Relaxation, String> {
-    match text {
-        "none" => return Ok(Relaxation::none()),
-        "human-assumed" => return Ok(Relaxation::HUMAN_ASSUMED),
-        _ => {}
-    }
-    let mut list = Vec::new();
-    for part in text.split(',') {
-        let expected = || format!("`{part}`: expected human-assumed, none or SHARE:TIME_S, as in 1:0.004,0.6:0.07");
-        let (share, time_s) = part.split_once(':').ok_or_else(expected)?;
-        let [share, time_s] = [share, time_s].map(|number| number.trim().parse::<f32>().map_err(|_| expected()));
-        list.push(Branch { share: share?, time_s: time_s? });
-    }
-    Relaxation::new(&list).map_err(|e| match e {
-        Error::Range { what: Field::RelaxationShare, index, value } => {
-            format!("share {value} of branch {} is outside 0 to 100", index + 1)
-        }
-        Error::Range { index, value, .. } => {
-            format!("time {value} s of branch {} is outside 10 us to 100 000 s", index + 1)
-        }
-        _ => format!("{} branches, at most {BRANCHES}", list.len()),
-    })
 }
 
 /// Orthotropic friction from its text.
@@ -373,10 +349,8 @@ fn on_pad(
     if let Some(orthotropy) = args.orthotropy {
         pad = pad.with_orthotropy(orthotropy);
     }
-    if *pad.relaxation() == Relaxation::HUMAN_ASSUMED {
-        eprintln!(
-            "relaxation human-assumed: the times are those of Pawluk and Howe (1999); the shares 1, 0.6, 0.6 are assumed"
-        );
+    if let Some(sentence) = relaxation::assumption(pad.relaxation()) {
+        eprintln!("{sentence}");
     }
     let LeastRadii { sphere_mm, cylinder_mm, edge_mm } = pad.least_radii_mm();
     if body.blunted(pad.least_radii_mm()).is_some() {

@@ -32,7 +32,12 @@ Examples:
   fingerpad identify --data subjects/ --out study          a folder of tables, then the population
   fingerpad identify --data subjects/ --out study --task 2/8   the second of eight shares
   fingerpad identify --data subjects/ --out study --collect    merges the results of the shares
+  fingerpad identify --hold hold.csv                       shares and times of relaxing tissue from a ramp and hold
   fingerpad identify --print-config                        all settings
+
+--hold takes a press that begins in the air, rises and is held, at best for 20 s: forces within 5 mN at 1 kHz during the
+ramp determine a branch of 4 ms only if the ramp takes 10 ms. It prints shares and times with intervals of 95 %, marks a
+value whose interval is wider than 10 % to each side as poorly determined, and ends with the text that --relaxation takes.
 
 A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2. Computed
 states are kept in DIR/states.bin: a run that was killed, or is run again with more options, resumes from there.
@@ -43,6 +48,13 @@ pub struct Args {
     /// Measured table, or a folder of tables [default: Table 1 of Yoshida et al. 2011]
     #[arg(long, value_name = "TABLE.csv|DIR")]
     data: Option<PathBuf>,
+    /// Ramp and hold of a finger (CSV with t_s, depth_mm, normal_force_n): print shares and times of the branches of its
+    /// tissue, and stop
+    #[arg(long, value_name = "HOLD.csv", conflicts_with_all = ["data", "published", "collect", "task"])]
+    hold: Option<PathBuf>,
+    /// Most branches of --hold
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3), requires = "hold")]
+    branches: u8,
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "identify_out")]
     out: PathBuf,
@@ -101,6 +113,9 @@ impl From<IdentifyError> for Failure {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(file) = &args.hold {
+        return super::hold::run(file, args.branches);
+    }
     let (config, mut settings, design) = args.model.settings()?;
     settings.joint.enabled |= args.joint;
     settings.free_tau0 |= args.free_tau0;

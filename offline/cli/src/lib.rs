@@ -28,6 +28,7 @@ mod eval;
 mod export;
 mod finger;
 mod help;
+mod hold;
 mod identify;
 mod interrupt;
 mod mesh;
@@ -161,10 +162,16 @@ impl Model {
                  pad, `eval` support orthotropic friction"
             )));
         }
+        if sections.0.tissue.relaxation.is_some() {
+            return Err(Failure::Input(anyhow::anyhow!(
+                "tissue.relaxation: this command takes relaxed tissue only (\"none\"); `simulate` and, with a pad, `eval` follow \
+                 tissue that relaxes"
+            )));
+        }
         Ok(sections)
     }
 
-    /// The same on any rigid body.
+    /// The same on any rigid body, and with tissue that relaxes.
     fn settings_on_any_body(&self) -> Result<config::Sections, Failure> {
         let (mut config, identify, design) = match &self.config {
             Some(path) => ConfigFile::read(path)?,

@@ -7,11 +7,13 @@ use std::{
 };
 
 use anyhow::{Context, anyhow, bail};
+use fingerpad::Relaxation;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
     Checkpoint, Finger, LoadPathError, Observed, Path as PlanePath, Problem, Trajectory, follow_path, follow_path_from,
     path_csv, response_csv, vtu,
 };
+use fingerpad_fe::material::relaxation;
 use fingerpad_report::simulation::{self, SimulationReport};
 
 use super::config::ConfigFile;
@@ -36,6 +38,7 @@ Examples:
   fingerpad simulate --path path.csv --mesh-preset coarse --body cylinder --radius-mm 10 --axis-deg 90 --out pen.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --reactions held.csv --out response.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --probe papillae:0.7 --probe-out strain.csv --out response.csv
+  fingerpad simulate --path path.csv --mesh-preset coarse --relaxation human-assumed --out held.csv
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, linear between rows; normal_force_n in place of
@@ -60,6 +63,11 @@ file of --probe-out has a row for each row of the response and each probe: place
 and least principal value, strain energy density, and the rates of strain and energy since the row before. --reactions
 writes force and moment of the supports at the nail, the bone and the cut end, along the axes of the mesh and about
 the point of first touch in the neutral pose.
+
+--relaxation lets the soft tissue relax: held, its shear stress falls as 1 plus the sum of the shares times
+exp(-t/time). The pressure in the tissue, the nail and the bone with its joint stay elastic. The time column then counts,
+and a hold has more rows. human-assumed has published times (4 ms, 70 ms, 1.4 s) and assumed shares (1, 0.6, 0.6). A
+settings file has the same text as tissue.relaxation.
 
 The files of --vtu contain displacement, Cauchy stress (MPa, tension positive; XX YY ZZ XY YZ XZ), von Mises stress,
 pressure, Green-Lagrange strain, strain energy density and region of every element, and pressure, traction, slip and
@@ -105,6 +113,10 @@ pub struct Args {
     /// Angle of that axis from x towards y in the undeformed finger, degrees
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     skin_axis_deg: Option<f64>,
+    /// Branches of the soft tissue in place of tissue.relaxation: `human-assumed`, `none`, or SHARE:TIME_S of up to three
+    /// branches, shares over the relaxed stiffness
+    #[arg(long, value_name = "BRANCHES", value_parser = relaxation::parse)]
+    relaxation: Option<Relaxation>,
     /// Folder for ParaView files, two per row of the path, with a .pvd
     #[arg(long, value_name = "DIR")]
     vtu: Option<PathBuf>,
@@ -184,6 +196,12 @@ fn configuration(args: &Args) -> Result<Config, Failure> {
         }
     }
     config.numerics.load_steps.friction_while_pressing &= !args.frictionless_press;
+    if let Some(relaxation) = args.relaxation {
+        config.tissue.relaxation = relaxation;
+    }
+    if let Some(sentence) = relaxation::assumption(&config.tissue.relaxation) {
+        eprintln!("{sentence}");
+    }
     Ok(config)
 }
 

@@ -22,6 +22,7 @@ pub mod finger_fit;
 mod force_zero;
 pub mod friction_fit;
 mod history;
+pub mod hold;
 mod law;
 pub mod law_uncertainty;
 pub mod outcome;

@@ -26,6 +26,7 @@ mod patch;
 mod paths;
 mod poses;
 mod readings;
+mod relaxing;
 mod retuned;
 mod rolling;
 mod rotation;
@@ -134,6 +135,16 @@ macro_rules! for_each_case {
                 gate direct_slip "coarse shape E, floating bone: steady slide solved directly, and reached along the path",
                 gate twin "coarse shape A, fixed bone: every route recovers the planted lambda and beta",
                 gate noise "the same with 1 % noise: coverage of the 95 % region, by finite elements in full",
+            }
+            relaxing "tissue that relaxes" {
+                gate a_step_and_hold_relaxes_as_the_sum_of_the_branches,
+                gate a_ramp_has_an_error_of_second_order_in_the_time_step,
+                gate no_closed_path_yields_work_at_any_pace,
+                gate tangent_and_forces_of_a_step_are_derivatives,
+                gate without_branches_and_after_a_long_time_the_finger_is_as_ever,
+                gate a_finger_pressed_and_held_relaxes_as_its_tissue,
+                gate a_closed_path_of_the_plane_takes_work_at_any_pace,
+                nightly the_pad_follows_the_finite_elements_in_time,
             }
             retuned "shipped reduced model" {
                 full retuned "retuned, against fresh fingers of other size, stiffness, lambda: mesh of its runs",

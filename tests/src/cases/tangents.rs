@@ -7,7 +7,7 @@ use crate::{
     random::Random,
     verify,
 };
-use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports};
+use fingerpad_fe::assembly::{Body, Configuration, Joint, Material, Supports, TissueStep};
 use fingerpad_fe::contact::{
     Coordinates, Evaluation, Friction, NodeTangent, Parts, PenaltySettings, Plane, RubberFriction, Surface, Tangential,
 };
@@ -272,13 +272,19 @@ pub fn free(body: &Body, mut directions: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 ///
 /// The tangent is the Hessian along rotation vectors phi; the residual's moment m is spatial. From
 /// dE/dphi = J_l(phi)^T m and J_l = I + [phi]/2 + ..., the moment's derivative is the Hessian's minus m x phi/2.
-fn body_error(body: &Body, at: &Configuration, h: f64, directions: &[Vec<f64>]) -> f64 {
+pub fn body_error(
+    body: &Body,
+    at: &Configuration,
+    tissue: Option<&TissueStep>,
+    h: f64,
+    directions: &[Vec<f64>],
+) -> f64 {
     let (mut values, mut residual) = (Vec::new(), Vec::new());
-    body.tangent(at, &mut values);
-    body.residual(at, &mut residual).unwrap();
+    body.tangent((at, tissue), &mut values);
+    body.residual((at, tissue), &mut residual).unwrap();
     let along = |d: &[f64], s: f64| {
         let mut out = Vec::new();
-        body.residual(&body.advance(at, d, s), &mut out).unwrap();
+        body.residual((&body.advance(at, d, s), tissue), &mut out).unwrap();
         out
     };
     let exact = |d: &[f64]| {
@@ -300,7 +306,7 @@ pub fn body_tangents() {
     verify(
         "tangent block with rigid bone and tied nail",
         "error, every dof",
-        body_error(&body, &at, 1e-3, &free(&body, unit_directions(body.dofs.count))),
+        body_error(&body, &at, None, 1e-3, &free(&body, unit_directions(body.dofs.count))),
         BOUND,
     );
     for kind in [BoneKind::Floating, BoneKind::Deformable] {
@@ -317,7 +323,7 @@ pub fn body_tangents() {
         verify(
             &format!("tangent coarse finger, bone {kind:?}"),
             "error, 6 random directions",
-            body_error(&finger.body, &at, 1e-4, &directions),
+            body_error(&finger.body, &at, None, 1e-4, &directions),
             BOUND,
         );
     }

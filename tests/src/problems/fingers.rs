@@ -42,6 +42,7 @@ pub fn problem<'a>(body: &'a Body, pad_faces: impl Into<PadFaces<'a>>) -> Proble
         obstacles: &[],
         beside_pad: &[],
         clearance_mm: f64::INFINITY,
+        relaxation: fingerpad::Relaxation::none(),
         observed: None,
     }
 }

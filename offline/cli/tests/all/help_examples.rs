@@ -42,6 +42,7 @@ fn prepared() -> Folder {
     let copy = |from: &str, to: &str| folder.write(to, fs::read(data.join(from)).unwrap());
     ["model.fpm", "corrected.fpm"].iter().for_each(|model| copy("models/fingertip.fpm", model));
     copy("models/fingertip-pad.fpm", "pad.fpm");
+    copy("examples/hold.csv", "hold.csv");
     folder.write("charged.fpm", made("charged.fpm"));
     for table in ["data/yoshida2011.csv", "my.csv", "subjects/anna.csv", "subjects/bert.csv"] {
         copy("yoshida2011.csv", table);

@@ -2,10 +2,11 @@
 
 mod scatter;
 
+use fingerpad::Relaxation;
 use nalgebra::{Rotation3, Vector3};
 
 use super::{
-    Configuration, DofMap, Material, Supports,
+    Configuration, Deformed, DofMap, Material, Supports, TissueMemory,
     configuration::rotation_vector,
     dofs::Role,
     group::{Group, group},
@@ -68,6 +69,8 @@ pub struct Body {
     rigid_arms: Vec<(u32, Vector3<f64>)>,
     tied: Vec<(u32, usize)>,
     joint: Joint,
+    /// Groups of eight points of materials that may relax.
+    points: usize,
     /// Degrees of freedom.
     pub dofs: DofMap,
 }
@@ -130,14 +133,14 @@ impl Body {
         elements.extend(tets10.iter().map(|&(e, _)| mesh.tets10[e].nodes.to_vec()));
         let dofs = DofMap::new(mesh, supports, &elements);
 
-        let hexes = group(
+        let mut hexes = group(
             &hexes,
             &dofs,
             |e| mesh.hexes[e].nodes,
             |nodes| hex(nodes, &mesh.nodes),
             |e| BodyError::InvertedMesh { element: e, region: mesh.hexes[e].region },
         )?;
-        let tets = group(
+        let mut tets = group(
             &tets,
             &dofs,
             |e| mesh.tets[e].nodes,
@@ -145,13 +148,17 @@ impl Body {
             |e| BodyError::InvertedMesh { element: mesh.hexes.len() + e, region: mesh.tets[e].region },
         )?;
         let first = mesh.hexes.len() + mesh.tets.len();
-        let tets10 = group(
+        let mut tets10 = group(
             &tets10,
             &dofs,
             |e| mesh.tets10[e].nodes,
             |nodes| Tet10::new(nodes, &mesh.nodes),
             |e| BodyError::InvertedMesh { element: first + e, region: mesh.tets10[e].region },
         )?;
+        let mut points = 0;
+        hexes.iter_mut().for_each(|group| group.take_points(&mut points));
+        tets.iter_mut().for_each(|group| group.take_points(&mut points));
+        tets10.iter_mut().for_each(|group| group.take_points(&mut points));
         let nodes_with = |wanted: fn(&Role) -> bool| {
             (0..mesh.nodes.len() as u32).filter(|&n| wanted(&dofs.role[n as usize])).collect::<Vec<_>>()
         };
@@ -179,6 +186,7 @@ impl Body {
             rigid_arms,
             tied,
             joint,
+            points,
             dofs,
         })
     }
@@ -245,18 +253,20 @@ impl Body {
     ///
     /// # Errors
     /// [`BodyError::Inverted`] if det F <= 0 at any quadrature point.
-    pub fn residual(&self, at: &Configuration, out: &mut Vec<f64>) -> Result<(), BodyError> {
+    pub fn residual<'a>(&self, at: impl Into<Deformed<'a>>, out: &mut Vec<f64>) -> Result<(), BodyError> {
+        let deformed = at.into();
+        let at = deformed.at;
         out.clear();
         out.resize(self.dofs.count, 0.0);
         let mut min_j = f64::INFINITY;
         for group in &self.hexes {
-            min_j = min_j.min(self.add_forces(group, at, out));
+            min_j = min_j.min(self.add_forces(group, deformed, out));
         }
         for group in &self.tets {
-            min_j = min_j.min(self.add_forces(group, at, out));
+            min_j = min_j.min(self.add_forces(group, deformed, out));
         }
         for group in &self.tets10 {
-            min_j = min_j.min(self.add_forces(group, at, out));
+            min_j = min_j.min(self.add_forces(group, deformed, out));
         }
         if !(min_j > 0.0) {
             return Err(BodyError::Inverted { det_f: min_j });
@@ -279,26 +289,28 @@ impl Body {
     ///
     /// With a rigid body it is the Hessian of the energy along rotation vectors, that is the symmetric part of
     /// the residual's derivative; the skew part vanishes at equilibrium of the moments.
-    pub fn tangent(&self, at: &Configuration, values: &mut Vec<f64>) {
+    pub fn tangent<'a>(&self, at: impl Into<Deformed<'a>>, values: &mut Vec<f64>) {
+        let deformed = at.into();
+        let at = deformed.at;
         values.clear();
         values.resize(self.dofs.pattern.row.len(), 0.0);
         let mut hex = Tangent::new();
         for group in &self.hexes {
-            group.tangent(at, &mut hex);
+            group.tangent(deformed, &mut hex);
             self.add_tangent(group, at, &hex, values);
         }
         let mut tet = Tangent::new();
         for group in &self.tets {
-            group.tangent(at, &mut tet);
+            group.tangent(deformed, &mut tet);
             self.add_tangent(group, at, &tet, values);
         }
         let mut tet10 = Tangent::new();
         for group in &self.tets10 {
-            group.tangent(at, &mut tet10);
+            group.tangent(deformed, &mut tet10);
             self.add_tangent(group, at, &tet10, values);
         }
         if self.dofs.rigid_dof.is_some() {
-            self.add_rigid_geometry(at, values);
+            self.add_rigid_geometry(deformed, values);
         }
         for &dof in &self.dofs.held {
             let (start, end) = (self.dofs.pattern.column_start[dof], self.dofs.pattern.column_start[dof + 1]);
@@ -320,14 +332,30 @@ impl Body {
         }
     }
 
-    /// Total strain energy, mJ (the joint's included), and the mean energy density of each element, MPa, hexahedra
+    /// Memory of undeformed tissue; None if it does not relax.
+    pub fn memory(&self, relaxation: &Relaxation) -> Option<TissueMemory> {
+        TissueMemory::new(relaxation, self.points)
+    }
+
+    /// Moves the memory of the tissue on by a step of `dt_s` (>= 0) that ends at `at`.
+    pub fn remember(&self, memory: &mut TissueMemory, dt_s: f64, at: &Configuration) {
+        let mut relaxed = Vec::with_capacity(self.points);
+        self.hexes.iter().for_each(|group| group.add_relaxed(&at.x, &mut relaxed));
+        self.tets.iter().for_each(|group| group.add_relaxed(&at.x, &mut relaxed));
+        self.tets10.iter().for_each(|group| group.add_relaxed(&at.x, &mut relaxed));
+        memory.move_on(dt_s, relaxed);
+    }
+
+    /// Total strain energy, mJ (the joint's included), of relaxed tissue, or whose derivative is the stress of a step; and the mean energy density of each element, MPa, hexahedra
     /// first, then tetrahedra of 4 and of 10 nodes (0 for elements left out).
-    pub fn energy(&self, at: &Configuration) -> (f64, Vec<f64>) {
+    pub fn energy<'a>(&self, at: impl Into<Deformed<'a>>) -> (f64, Vec<f64>) {
+        let deformed = at.into();
+        let at = deformed.at;
         let [hex_count, tet_count, tet10_count] = self.element_counts;
         let mut density = vec![0.0; hex_count + tet_count + tet10_count];
         let mut total = 0.0;
         for group in &self.hexes {
-            let energies = group.energies(at);
+            let energies = group.energies(deformed);
             let volumes = group.batch.volumes();
             for (lane, &e) in group.elements.iter().enumerate() {
                 total += energies[lane];
@@ -335,7 +363,7 @@ impl Body {
             }
         }
         for group in &self.tets {
-            let energies = group.energies(at);
+            let energies = group.energies(deformed);
             let volumes = group.batch.volumes();
             for (lane, &e) in group.elements.iter().enumerate() {
                 total += energies[lane];
@@ -343,7 +371,7 @@ impl Body {
             }
         }
         for group in &self.tets10 {
-            let energies = group.energies(at);
+            let energies = group.energies(deformed);
             let volumes = group.batch.volumes();
             for (lane, &e) in group.elements.iter().enumerate() {
                 total += energies[lane];
@@ -373,7 +401,8 @@ impl Body {
 
     /// Mean stress and strain of every element, hexahedra first, then tetrahedra of 4 and of 10 nodes (0 for elements
     /// left out).
-    pub fn stresses(&self, at: &Configuration) -> Vec<ElementStress> {
+    pub fn stresses<'a>(&self, at: impl Into<Deformed<'a>>) -> Vec<ElementStress> {
+        let at = at.into();
         let [hex_count, tet_count, tet10_count] = self.element_counts;
         let mut all = vec![ElementStress::default(); hex_count + tet_count + tet10_count];
         for group in &self.hexes {
@@ -396,7 +425,7 @@ impl Body {
 
     /// External forces on the nodes that are not free, N, as equilibrium requires them; 0 on free and on tied nodes,
     /// whose forces act on their masters.
-    pub fn support_forces(&self, at: &Configuration) -> Vec<Vector3<f64>> {
+    pub fn support_forces<'a>(&self, at: impl Into<Deformed<'a>>) -> Vec<Vector3<f64>> {
         let mut forces = self.nodal_forces(at);
         for &(node, tie) in &self.tied {
             let force = std::mem::take(&mut forces[node as usize]);
@@ -413,8 +442,9 @@ impl Body {
     }
 
     /// Forces that supports must exert on every node, N: the internal force before constraints are applied.
-    pub fn nodal_forces(&self, at: &Configuration) -> Vec<Vector3<f64>> {
-        let mut out = vec![Vector3::zeros(); at.x.len()];
+    pub fn nodal_forces<'a>(&self, at: impl Into<Deformed<'a>>) -> Vec<Vector3<f64>> {
+        let at = at.into();
+        let mut out = vec![Vector3::zeros(); at.at.x.len()];
         for group in &self.hexes {
             group.accumulate(&group.forces(at), &mut out);
         }

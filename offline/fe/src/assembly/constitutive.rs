@@ -3,8 +3,13 @@
 use nalgebra::Vector3;
 use wide::f64x8;
 
+use super::relaxing::{PointSteps, Relaxing};
 use crate::element::{Batch, Constitutive, ElementStress, Forces, Tangent};
+use crate::material::logarithmic::Stretches;
 use crate::material::{Hyperelastic, Material, SaintVenantKirchhoff};
+
+/// Stress of the step at the points of a batch, if its tissue relaxes.
+type Steps<'a> = Option<PointSteps<'a>>;
 
 /// The law of a material for a batch of elements; the one place of the solver that distinguishes the laws.
 pub(super) fn law<const N: usize, const Q: usize>(material: &Material) -> &dyn BatchLaw<N, Q> {
@@ -21,23 +26,31 @@ pub(super) fn law<const N: usize, const Q: usize>(material: &Material) -> &dyn B
 /// Forces, stiffness, energies and stresses of a batch of elements whose material is `self`.
 pub(super) trait BatchLaw<const N: usize, const Q: usize> {
     /// Forces and smallest det F at the positions `x`, mm.
-    fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N>;
+    fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps) -> Forces<N>;
     /// Derivative of the forces over positions, N/mm.
-    fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Tangent<N>);
+    fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps, out: &mut Tangent<N>);
     /// Plane-strain modulus `E/(1 - nu²)` of the undeformed material, MPa.
     fn plane_strain_modulus_mpa(&self) -> f64;
     /// Energy of each element, mJ.
-    fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8];
+    fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps) -> [f64; 8];
     /// Mean stress and strain of each element.
-    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [ElementStress; 8];
+    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps) -> [ElementStress; 8];
+    /// Adds the stress of the undeformed frame at every point, MPa.
+    fn add_relaxed(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Vec<[[f64; 8]; 6]>);
 }
 
 impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
-    fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> Forces<N> {
-        batch.forces(self, x)
+    fn forces(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps) -> Forces<N> {
+        match steps {
+            None => batch.forces(self, x),
+            Some(steps) => batch.forces(&Relaxing { law: *self, steps }, x),
+        }
     }
-    fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Tangent<N>) {
-        batch.tangent(self, x, out);
+    fn tangent(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps, out: &mut Tangent<N>) {
+        match steps {
+            None => batch.tangent(self, x, out),
+            Some(steps) => batch.tangent(&Relaxing { law: *self, steps }, x, out),
+        }
     }
     fn plane_strain_modulus_mpa(&self) -> f64 {
         let one = f64x8::ONE;
@@ -47,11 +60,23 @@ impl<L: Constitutive, const N: usize, const Q: usize> BatchLaw<N, Q> for L {
         let bulk = (along + 2.0 * across) / 3.0 + self.volumetric(one).2.to_array()[0];
         4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
     }
-    fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [f64; 8] {
-        batch.energies(self, x)
+    fn energies(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps) -> [f64; 8] {
+        match steps {
+            None => batch.energies(self, x),
+            Some(steps) => batch.energies(&Relaxing { law: *self, steps }, x),
+        }
     }
-    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>]) -> [ElementStress; 8] {
-        batch.stresses(self, x)
+    fn stresses(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], steps: Steps) -> [ElementStress; 8] {
+        match steps {
+            None => batch.stresses(self, x),
+            Some(steps) => batch.stresses(&Relaxing { law: *self, steps }, x),
+        }
+    }
+    fn add_relaxed(&self, batch: &Batch<N, Q>, x: &[Vector3<f64>], out: &mut Vec<[[f64; 8]; 6]>) {
+        batch.for_points(x, |_, f, b, j| {
+            let stress = Stretches::new(f, b).turned_back(&self.stress(b, j));
+            out.push(stress.map(f64x8::to_array));
+        });
     }
 }
 

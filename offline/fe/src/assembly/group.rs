@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 use wide::f64x8;
 
 use super::{
-    BodyError, Configuration, DofMap,
+    BodyError, Deformed, DofMap, TissueStep,
     constitutive::{BatchLaw, law},
+    relaxing::PointSteps,
 };
 use crate::element::{Batch, ElementStress, Forces, Tangent};
 use crate::material::Material;
@@ -17,6 +18,8 @@ pub(super) struct Group<const N: usize, const Q: usize> {
     pub plain: Option<Scatter<N>>,
     /// Mesh element of each lane.
     pub elements: Vec<u32>,
+    /// Place of its first point in the memory of the tissue, if its material relaxes.
+    pub first_point: Option<usize>,
 }
 
 pub(super) struct Scatter<const N: usize> {
@@ -36,19 +39,38 @@ pub(super) enum BlockPlace {
 }
 
 impl<const N: usize, const Q: usize> Group<N, Q> {
+    /// Gives its points their places in the memory of the tissue, from `points` on.
+    pub fn take_points(&mut self, points: &mut usize) {
+        if !matches!(self.material, Material::Linear(_)) {
+            self.first_point = Some(*points);
+            *points += Q;
+        }
+    }
+
+    fn steps<'a>(&self, step: Option<&'a TissueStep>) -> Option<PointSteps<'a>> {
+        Some(step?.of(self.first_point?, Q))
+    }
+
+    /// Adds the stress of the undeformed frame at every point of a material that relaxes, MPa.
+    pub fn add_relaxed(&self, x: &[Vector3<f64>], out: &mut Vec<[[f64; 8]; 6]>) {
+        if self.first_point.is_some() {
+            law(&self.material).add_relaxed(&self.batch, x, out);
+        }
+    }
+
     /// Forces and smallest det F of the elements.
-    pub fn forces(&self, at: &Configuration) -> Forces<N> {
-        law(&self.material).forces(&self.batch, &at.x)
+    pub fn forces(&self, Deformed { at, step }: Deformed) -> Forces<N> {
+        law(&self.material).forces(&self.batch, &at.x, self.steps(step))
     }
 
     /// Derivative of the forces over positions.
-    pub fn tangent(&self, at: &Configuration, out: &mut Tangent<N>) {
-        law(&self.material).tangent(&self.batch, &at.x, out);
+    pub fn tangent(&self, Deformed { at, step }: Deformed, out: &mut Tangent<N>) {
+        law(&self.material).tangent(&self.batch, &at.x, self.steps(step), out);
     }
 
     /// Energy of each element, mJ.
-    pub fn energies(&self, at: &Configuration) -> [f64; 8] {
-        law(&self.material).energies(&self.batch, &at.x)
+    pub fn energies(&self, Deformed { at, step }: Deformed) -> [f64; 8] {
+        law(&self.material).energies(&self.batch, &at.x, self.steps(step))
     }
 
     /// Plane-strain modulus of the undeformed material, MPa.
@@ -57,8 +79,8 @@ impl<const N: usize, const Q: usize> Group<N, Q> {
     }
 
     /// Mean stress and strain of each element.
-    pub fn stresses(&self, at: &Configuration) -> [ElementStress; 8] {
-        law(&self.material).stresses(&self.batch, &at.x)
+    pub fn stresses(&self, Deformed { at, step }: Deformed) -> [ElementStress; 8] {
+        law(&self.material).stresses(&self.batch, &at.x, self.steps(step))
     }
 
     /// Adds the forces to those of all nodes, N.
@@ -105,7 +127,7 @@ pub(super) fn group<const N: usize, const Q: usize>(
                 return Err(inverted(*culprit.expect("one of them").0 as usize));
             };
             let scatter = plain.then(|| scatter(&made, dofs));
-            Ok(Group { material, batch: made, plain: scatter, elements: list })
+            Ok(Group { material, batch: made, plain: scatter, elements: list, first_point: None })
         })
         .collect()
 }

@@ -8,10 +8,12 @@ mod configuration;
 mod constitutive;
 mod dofs;
 mod group;
+mod relaxing;
 
 pub use body::{Body, BodyError, Joint};
 pub use configuration::{Configuration, rotation_vector};
 pub use dofs::{DofMap, Supports};
 pub use fingerpad_linear::Pattern;
+pub use relaxing::{Deformed, TissueMemory, TissueStep};
 
 pub use crate::material::Material;

@@ -65,6 +65,7 @@ pub fn problem(finger: &Finger, friction: Option<RubberFriction>, penalty_mpa_pe
         obstacles: &[],
         beside_pad: &[],
         clearance_mm: f64::INFINITY,
+        relaxation: fingerpad::Relaxation::none(),
         observed: None,
     }
 }

@@ -21,7 +21,26 @@ pub trait Constitutive: Copy + Sync {
     /// Volumetric law of the element: energy, slope and curvature over v/V, MPa; zero for laws that are whole at
     /// the point.
     fn volumetric(&self, ratio: f64x8) -> (f64x8, f64x8, f64x8);
+
+    /// Energy at quadrature point `q` with the deformation gradient `f`, for laws with a state of each point.
+    #[inline(always)]
+    fn energy_at(&self, _q: usize, _f: &Gradient, b: &[f64x8; 6], j: f64x8) -> f64x8 {
+        self.energy(b, j)
+    }
+    /// Stress there.
+    #[inline(always)]
+    fn stress_at(&self, _q: usize, _f: &Gradient, b: &[f64x8; 6], j: f64x8) -> [f64x8; 6] {
+        self.stress(b, j)
+    }
+    /// Stress and moduli there.
+    #[inline(always)]
+    fn moduli_at(&self, _q: usize, _f: &Gradient, b: &[f64x8; 6], j: f64x8) -> ([f64x8; 6], [[f64x8; 6]; 6]) {
+        self.moduli(b, j)
+    }
 }
+
+/// Deformation gradient, rows over the current frame.
+pub type Gradient = [[f64x8; 3]; 3];
 
 /// A batch of up to eight elements of one material with `N` nodes and `Q` quadrature points.
 pub struct Batch<const N: usize, const Q: usize> {
@@ -255,7 +274,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         for q in 0..Q {
             let (f, j, g) = self.kinematics(q, &x);
             min_j = min_j.fast_min(j);
-            let tau = law.stress(&left_cauchy_green(&f), j);
+            let tau = law.stress_at(q, &f, &left_cauchy_green(&f), j);
             let w = self.weight[q];
             let wj = w * j;
             v += wj;
@@ -314,13 +333,22 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         (modulus + (j * j * curvature - p * j) * length * length) * hourglass.scale
     }
 
+    /// Calls `visit` with the number of every quadrature point, F, `F F^T` and det F.
+    pub fn for_points(&self, positions: &[Vector3<f64>], mut visit: impl FnMut(usize, &Gradient, &[f64x8; 6], f64x8)) {
+        let x = self.gather(positions);
+        for q in 0..Q {
+            let (f, j, _) = self.kinematics(q, &x);
+            visit(q, &f, &left_cauchy_green(&f), j);
+        }
+    }
+
     /// Strain energy of each element, mJ.
     pub fn energies(&self, law: &impl Constitutive, positions: &[Vector3<f64>]) -> [f64; 8] {
         let x = self.gather(positions);
         let (mut energy, mut v) = (f64x8::ZERO, f64x8::ZERO);
         for q in 0..Q {
             let (f, j, _) = self.kinematics(q, &x);
-            energy += self.weight[q] * law.energy(&left_cauchy_green(&f), j);
+            energy += self.weight[q] * law.energy_at(q, &f, &left_cauchy_green(&f), j);
             v += self.weight[q] * j;
         }
         if !self.surface.is_empty() {
@@ -363,7 +391,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         self.add_curvature_of_enclosed(&x, p, out);
         for q in 0..Q {
             let (f, j, g) = self.kinematics(q, &x);
-            let (mut tau, mut c) = law.moduli(&left_cauchy_green(&f), j);
+            let (mut tau, mut c) = law.moduli_at(q, &f, &left_cauchy_green(&f), j);
             // The averaged pressure as a Kirchhoff stress p J I with moduli p J (I x I - 2 sym).
             let pj = point_pressure * j;
             for i in 0..3 {

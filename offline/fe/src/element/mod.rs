@@ -9,7 +9,7 @@ mod shape;
 mod stress;
 mod tet10;
 
-pub use kernel::{Batch, Constitutive, Forces, Hex8, Tangent, Tet4};
+pub use kernel::{Batch, Constitutive, Forces, Gradient, Hex8, Tangent, Tet4};
 pub use shape::{GAUSS_1D_2, gauss_legendre, hex8_gradient, quad4, quad4_gradient};
 pub use stress::ElementStress;
 pub use tet10::Tet10;

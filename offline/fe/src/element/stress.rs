@@ -56,7 +56,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
             let (f, j, _) = self.kinematics(q, &x);
             let weight = self.weight[q];
             deformed_volume += weight * j;
-            let tau = law.stress(&left_cauchy_green(&f), j);
+            let tau = law.stress_at(q, &f, &left_cauchy_green(&f), j);
             // The right Cauchy-Green tensor is the left one of the transpose.
             let transpose: [[f64x8; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|k| f[k][i]));
             let c = left_cauchy_green(&transpose);

@@ -94,7 +94,7 @@ pub struct Experiment {
     /// Slide from proximal to distal, mm.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub slide_mm: f64,
-    /// Speed of press and slide, mm/s; the model has no rate effects, it sets the time column.
+    /// Speed of press and slide, mm/s; without branches of the tissue it sets the time column only.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub speed_mm_s: f64,
 }
@@ -276,6 +276,7 @@ impl Config {
             obstacles: &finger.obstacles,
             beside_pad: &finger.beside_pad,
             clearance_mm: Clearance::of(finger).depth_mm,
+            relaxation: finger.relaxation,
             observed: None,
         }
     }

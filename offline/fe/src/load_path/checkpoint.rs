@@ -23,7 +23,7 @@ pub struct Checkpoint<'a> {
 }
 
 /// Version of the saved data.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// The saves of one run.
 pub(super) struct Saves<'a> {

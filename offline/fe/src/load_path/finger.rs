@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use fingerpad::Relaxation;
 use nalgebra::Vector3;
 use serde::Deserializer;
 
 use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::{Outline, PenaltySettings, RigidBody};
-use crate::material::{Doubt, Ogden, SaintVenantKirchhoff, Stiffness, partly, presets};
+use crate::material::{Doubt, Ogden, SaintVenantKirchhoff, Stiffness, partly, presets, relaxation};
 use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
 use crate::solve::{PadFaces, SolverSettings};
 
@@ -64,6 +65,9 @@ pub struct Tissue {
     /// Soft regions of an imported mesh beside skin and subcutaneous, by the names of their element sets.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, Material>,
+    /// Branches of all soft regions; left out of the settings' hash if there are none.
+    #[serde(skip_serializing_if = "relaxation::is_none", serialize_with = "relaxation::serialize")]
+    pub relaxation: Relaxation,
 }
 
 /// The section of a settings file: `soft` is one material for all soft tissue, on a fixed core.
@@ -81,13 +85,15 @@ struct TissueKeys {
     bone: Option<Bone>,
     #[serde(deserialize_with = "partly::regions")]
     regions: BTreeMap<String, Material>,
+    #[serde(deserialize_with = "relaxation::deserialize")]
+    relaxation: Option<Relaxation>,
 }
 
 impl TryFrom<TissueKeys> for Tissue {
     type Error = &'static str;
 
     fn try_from(keys: TissueKeys) -> Result<Self, Self::Error> {
-        let TissueKeys { soft, skin, subcutaneous, nail, bone, regions } = keys;
+        let TissueKeys { soft, skin, subcutaneous, nail, bone, regions, relaxation } = keys;
         if soft.is_some() && (skin.is_some() || subcutaneous.is_some()) {
             return Err(
                 "tissue.soft is the material of all soft tissue: leave out tissue.skin and tissue.subcutaneous",
@@ -105,6 +111,7 @@ impl TryFrom<TissueKeys> for Tissue {
             nail: nail.unwrap_or(usual.nail),
             bone,
             regions,
+            relaxation: relaxation.unwrap_or(usual.relaxation),
         })
     }
 }
@@ -120,6 +127,7 @@ impl Default for Tissue {
             nail: SaintVenantKirchhoff { young_mpa: 100.0, poisson: 0.3 },
             bone: Bone::default(),
             regions: BTreeMap::new(),
+            relaxation: Relaxation::none(),
         }
     }
 }
@@ -234,6 +242,8 @@ pub struct Finger {
     pub outline: Option<Outline>,
     /// Its half, if it is symmetric about y = 0.
     pub half: Option<HalfFinger>,
+    /// Branches of its soft regions.
+    pub relaxation: Relaxation,
 }
 
 impl Finger {
@@ -268,7 +278,8 @@ impl Finger {
         obstacles.dedup();
         let obstacles = obstacles.into_iter().map(|n| mesh.nodes[n as usize]).collect();
         let rigid_body = RigidBody::Plane;
-        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, rigid_body, outline, half })
+        let relaxation = tissue.relaxation;
+        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, rigid_body, outline, half, relaxation })
     }
 }
 

@@ -57,7 +57,7 @@ pub fn check_no_jump(solver: &Solver, from: &State, to: &State, target: &Target)
 
 /// Energy of the body and of the elastic slip, mJ.
 fn stored_mj(solver: &Solver, state: &State) -> f64 {
-    solver.body().energy(&state.configuration).0 + state.totals.elastic_energy
+    solver.energy_mj(&state.configuration) + state.totals.elastic_energy
 }
 
 /// An equilibrium beyond a limit point.

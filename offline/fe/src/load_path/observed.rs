@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Vector3};
 
 use super::Model;
-use crate::assembly::{Body, Configuration};
+use crate::assembly::{Body, Configuration, Deformed};
 use crate::mesh::{Mesh, below_skin, element_corners, locate, set};
 
 /// Distance of the receptors that [`papillae`] puts under the pad, mm.
@@ -170,14 +170,16 @@ impl Observed {
     }
 
     /// Observed quantities of a state of `model`.
-    pub fn read(&self, model: &Model, at: &Configuration) -> Reading {
+    pub fn read<'a>(&self, model: &Model, at: impl Into<Deformed<'a>>) -> Reading {
+        let at = at.into();
         let reactions = if self.supports.is_empty() { Vec::new() } else { self.reactions(model, at) };
-        let probes = if self.probes.is_empty() { Vec::new() } else { self.read_probes(model, at) };
+        let probes = if self.probes.is_empty() { Vec::new() } else { self.read_probes(model, at.at) };
         Reading { reactions, probes }
     }
 
-    fn reactions(&self, model: &Model, at: &Configuration) -> Vec<Reaction> {
-        let forces = model.body.support_forces(at);
+    fn reactions(&self, model: &Model, deformed: Deformed) -> Vec<Reaction> {
+        let forces = model.body.support_forces(deformed);
+        let at = deformed.at;
         let copies = model.copies();
         // Forces along y, and moments about x and z, of the two halves cancel.
         let across = |whole: f64| if model.half.is_some() { 0.0 } else { whole };

@@ -4,6 +4,7 @@ use fingerpad::{Regime, Status};
 use nalgebra::Vector3;
 
 use super::{FaceState, Model, Problem, Response, Snapshot};
+use crate::assembly::TissueStep;
 use crate::contact::{NodeState, plane};
 use crate::solve::{Solver, State};
 
@@ -38,7 +39,15 @@ pub(super) fn response(problem: &Problem, model: &Model, state: &State, t_s: f64
 }
 
 /// The field of a state.
-pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: Response) -> Snapshot {
+///
+/// * `tissue`: the present stress of tissue that relaxes
+pub(super) fn snapshot(
+    model: &Model,
+    solver: &Solver,
+    state: &State,
+    tissue: Option<&TissueStep>,
+    response: Response,
+) -> Snapshot {
     let faces = faces(solver, state);
     let undeformed = &model.body.undeformed().x;
     let field = Snapshot {
@@ -46,7 +55,7 @@ pub(super) fn snapshot(model: &Model, solver: &Solver, state: &State, response: 
         displacement_mm: state.configuration.x.iter().zip(undeformed).map(|(x, x0)| x - x0).collect(),
         faces,
         strain_energy_density_mpa: model.body.energy(&state.configuration).1,
-        stresses: model.body.stresses(&state.configuration),
+        stresses: model.body.stresses((&state.configuration, tissue)),
     };
     match model.half {
         Some(half) => half.whole(&field),

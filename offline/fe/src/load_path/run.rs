@@ -19,7 +19,7 @@ use super::settings::{LoadPathError, OnProgress, Problem, Progress};
 use super::steady_slip::continues_straight;
 use super::stepping::{Standing, StepRule, load_along};
 use super::{Cost, Drive, Model, Path, PressLimit, Trajectory};
-use crate::assembly::Configuration;
+use crate::assembly::{Configuration, TissueMemory, TissueStep};
 use crate::contact::{Coordinates, Friction, FrictionLaw, Plane, RubberFriction, plane};
 use crate::solve::{Axis, FactorRecord, SolveError, Solver, State, Stats};
 
@@ -61,6 +61,8 @@ pub(super) struct RunState {
     status: Status,
     pub trajectory: Trajectory,
     limits: Vec<PressLimit>,
+    /// Memory of tissue that relaxes.
+    tissue: Option<TissueMemory>,
 }
 
 /// A run along a path.
@@ -128,6 +130,7 @@ impl<'a, 'p> Run<'a, 'p> {
                 status: Status::OK,
                 trajectory: Trajectory::default(),
                 limits: Vec::new(),
+                tissue: model.body.memory(&problem.relaxation),
             },
             saves: None,
             progress,
@@ -227,7 +230,8 @@ impl<'a, 'p> Run<'a, 'p> {
         let run = &mut self.run;
         if self.snapshots.contains(&run.row) {
             let response = *run.trajectory.responses.last().expect("recorded before");
-            let field = snapshot(&self.model, &self.solver, &run.state, response);
+            let tissue = run.tissue.as_ref().map(TissueMemory::present);
+            let field = snapshot(&self.model, &self.solver, &run.state, tissue.as_ref(), response);
             run.trajectory.snapshots.push(field);
         }
         if let Some(law) = self.limit_law.filter(|_| run.row > 0) {
@@ -307,10 +311,25 @@ impl<'a, 'p> Run<'a, 'p> {
         let response = response(self.problem, &self.model, &self.run.state, self.run.time_s, self.run.status);
         self.run.trajectory.responses.push(response);
         if let Some(observed) = self.problem.observed {
-            let reading = observed.read(&self.model, &self.run.state.configuration);
+            let tissue = self.run.tissue.as_ref().map(TissueMemory::present);
+            let reading = observed.read(&self.model, (&self.run.state.configuration, tissue.as_ref()));
             self.run.trajectory.readings.push(reading);
         }
         self.run.status = Status::OK;
+    }
+
+    /// Stress of a step to a time, s, if the tissue relaxes.
+    fn tissue_until(&self, t_s: f64) -> Option<TissueStep> {
+        self.run.tissue.as_ref().map(|memory| memory.step(t_s - self.run.time_s))
+    }
+
+    /// Ends a step at the present state.
+    fn end_at(&mut self, t_s: f64) {
+        let run = &mut self.run;
+        if let Some(memory) = &mut run.tissue {
+            self.model.body.remember(memory, t_s - run.time_s, &run.state.configuration);
+        }
+        run.time_s = t_s;
     }
 
     fn reached(&mut self) -> Box<Trajectory> {

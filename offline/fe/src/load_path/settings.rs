@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use fingerpad::Relaxation;
 use nalgebra::Vector3;
 
 use super::{Cost, HalfFinger, Model, Observed, Path, Response, Trajectory};
@@ -83,6 +84,8 @@ pub struct Problem<'a> {
     /// Depth at which a plane reaches the finger's supports, mm; a run on a plane ends before. Infinite if there is no
     /// such depth.
     pub clearance_mm: f64,
+    /// Branches of the soft tissue.
+    pub relaxation: Relaxation,
     /// Quantities observed at every increment; None for none.
     pub observed: Option<&'a Observed>,
 }

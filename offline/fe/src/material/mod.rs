@@ -9,6 +9,7 @@
 mod eigen;
 mod hyperelastic;
 mod invariants;
+pub(crate) mod logarithmic;
 mod mooney_rivlin;
 mod neo_hooke;
 mod ogden;
@@ -16,6 +17,7 @@ pub(crate) mod partly;
 mod plausible;
 pub(crate) mod presets;
 mod principal;
+pub mod relaxation;
 mod stability;
 mod svk;
 mod yeoh;

@@ -66,12 +66,12 @@ pub fn stress_on(tau: &[f64x8; 3], axes: &[[f64x8; 3]; 3]) -> Sym<f64x8> {
     out
 }
 
-fn dyad(n: &[f64x8; 3]) -> Sym<f64x8> {
+pub(super) fn dyad(n: &[f64x8; 3]) -> Sym<f64x8> {
     [n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[1] * n[2], n[0] * n[2]]
 }
 
 /// `n m + m n`, components.
-fn symmetric_product(n: &[f64x8; 3], m: &[f64x8; 3]) -> Sym<f64x8> {
+pub(super) fn symmetric_product(n: &[f64x8; 3], m: &[f64x8; 3]) -> Sym<f64x8> {
     let two = f64x8::splat(2.0);
     [
         two * n[0] * m[0],
@@ -83,7 +83,7 @@ fn symmetric_product(n: &[f64x8; 3], m: &[f64x8; 3]) -> Sym<f64x8> {
     ]
 }
 
-fn add_outer(c: &mut [[f64x8; 6]; 6], left: &Sym<f64x8>, right: &Sym<f64x8>) {
+pub(super) fn add_outer(c: &mut [[f64x8; 6]; 6], left: &Sym<f64x8>, right: &Sym<f64x8>) {
     for i in 0..6 {
         for k in 0..6 {
             c[i][k] = left[i].mul_add(right[k], c[i][k]);

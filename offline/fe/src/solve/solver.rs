@@ -8,7 +8,7 @@ use super::{
     increment::{Damping, Guess, SolveError, SolverSettings, State, Stats, Target, Watch},
     linear::{Factor, Precision},
 };
-use crate::assembly::{Body, BodyError, Configuration};
+use crate::assembly::{Body, BodyError, Configuration, TissueStep};
 use crate::contact::{ContactState, Friction, Outline, Pad, PenaltySettings, Plane, RigidBody, Surface, Totals};
 
 /// Origin of the factor of the bulk stiffness.
@@ -17,6 +17,7 @@ pub(super) struct FactorOrigin {
     pub configuration: Configuration,
     pub last: ContactState,
     pub plane: Plane,
+    pub tissue: Option<TissueStep>,
 }
 
 /// Record from which the factor of a solver can be made again.
@@ -75,6 +76,8 @@ pub struct Solver<'a> {
     pub(super) values: Vec<f64>,
     /// Force on a touching node per penetration, N/mm.
     pub(super) penalty_stiffness: f64,
+    /// Stress of the present step, if the tissue relaxes.
+    pub(super) tissue: Option<TissueStep>,
 }
 
 impl<'a> Solver<'a> {
@@ -127,6 +130,7 @@ impl<'a> Solver<'a> {
             undeformed_stiffness: Vec::new(),
             values: Vec::new(),
             penalty_stiffness,
+            tissue: None,
         }
     }
 
@@ -155,6 +159,16 @@ impl<'a> Solver<'a> {
     /// Changes the law for later increments; the elastic slip of contact points is kept.
     pub fn set_friction(&mut self, friction: Friction) {
         self.friction = friction;
+    }
+
+    /// Sets the stress of the tissue in later increments.
+    pub fn set_tissue(&mut self, step: Option<TissueStep>) {
+        self.tissue = step;
+    }
+
+    /// Energy whose derivative is the force of the body in the present increment, mJ.
+    pub fn energy_mj(&self, at: &Configuration) -> f64 {
+        self.body.energy((at, self.tissue.as_ref())).0
     }
 
     /// Entries of the bulk factor.
@@ -198,8 +212,9 @@ impl<'a> Solver<'a> {
     /// [`SolveError`] if the record is not of this body.
     pub fn restore_factor(&mut self, record: &FactorRecord, watch: Watch) -> Result<(), SolveError> {
         self.factor.set_precision(record.precision);
-        if let Some(FactorOrigin { configuration, last, plane }) = &record.origin {
+        if let Some(FactorOrigin { configuration, last, plane, tissue }) = &record.origin {
             let mut stats = Stats::default();
+            self.tissue = tissue.clone();
             self.refresh(configuration, last, plane, None, &mut stats, watch)?;
             if record.compliant_from < self.factor.compliant_from() {
                 self.factor.make_compliance_from(record.compliant_from);
@@ -249,7 +264,7 @@ impl<'a> Solver<'a> {
         damping: Option<Damping>,
         out: &mut Vec<f64>,
     ) -> Result<(), BodyError> {
-        self.body.residual(at, out)?;
+        self.body.residual((at, self.tissue.as_ref()), out)?;
         if let Some(damping) = damping {
             for ((out, du), k) in out.iter_mut().zip(self.motion(at, damping.from)).zip(&self.viscosity) {
                 *out += damping.coefficient * k * du;

@@ -41,7 +41,7 @@ impl Solver<'_> {
         self.factor_is_set = false;
         self.look_ahead(at, last, plane);
         let pattern = &self.body.dofs.pattern;
-        self.body.tangent(at, &mut self.values);
+        self.body.tangent((at, self.tissue.as_ref()), &mut self.values);
         if let Some(damping) = damping {
             for (dof, k) in self.viscosity.iter().enumerate() {
                 self.values[pattern.column_start[dof]] += damping.coefficient * k;
@@ -58,8 +58,12 @@ impl Solver<'_> {
             result = self.factorise_mixed(stats, watch)?;
         }
         self.factor_is_set = result.is_ok();
-        self.factor_origin =
-            damping.is_none().then(|| FactorOrigin { configuration: at.clone(), last: last.clone(), plane: *plane });
+        self.factor_origin = damping.is_none().then(|| FactorOrigin {
+            configuration: at.clone(),
+            last: last.clone(),
+            plane: *plane,
+            tissue: self.tissue.clone(),
+        });
         Ok(result?)
     }
 

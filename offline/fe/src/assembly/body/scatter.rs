@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use super::super::configuration::{inverse_left_jacobian_symmetric, rotation_vector};
 use super::super::group::{BlockPlace, Group};
 use super::Body;
-use crate::assembly::Configuration;
+use crate::assembly::{Configuration, Deformed};
 use crate::element::Tangent;
 
 impl Body {
@@ -13,10 +13,11 @@ impl Body {
     pub(super) fn add_forces<const N: usize, const Q: usize>(
         &self,
         group: &Group<N, Q>,
-        at: &Configuration,
+        deformed: Deformed,
         out: &mut [f64],
     ) -> f64 {
-        let forces = group.forces(at);
+        let at = deformed.at;
+        let forces = group.forces(deformed);
         let lanes: [[[f64; 8]; 3]; N] = forces.force.map(|node| node.map(|f| f.to_array()));
         match &group.plain {
             Some(scatter) => {
@@ -152,14 +153,15 @@ impl Body {
     }
 
     /// Second derivative of the rigid motion times the forces on it, and the joint's stiffness.
-    pub(super) fn add_rigid_geometry(&self, at: &Configuration, values: &mut [f64]) {
+    pub(super) fn add_rigid_geometry(&self, deformed: Deformed, values: &mut [f64]) {
+        let at = deformed.at;
         let Some(dof) = self.dofs.rigid_dof else { return };
         let mut nodal = vec![Vector3::zeros(); at.x.len()];
         for group in self.hexes.iter().filter(|g| g.plain.is_none()) {
-            group.accumulate(&group.forces(at), &mut nodal);
+            group.accumulate(&group.forces(deformed), &mut nodal);
         }
         for group in self.tets.iter().filter(|g| g.plain.is_none()) {
-            group.accumulate(&group.forces(at), &mut nodal);
+            group.accumulate(&group.forces(deformed), &mut nodal);
         }
         let mut geometric = Matrix3::zeros();
         for (node, _) in &self.rigid_arms {

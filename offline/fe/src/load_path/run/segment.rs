@@ -16,6 +16,9 @@ const TURN_ARM_MM: f64 = 4.0;
 /// Largest spin of an increment in steady slip, rad, as that of a spin before it.
 const STEADY_SPIN_RAD: f64 = 0.15;
 
+/// Increments of a hold of tissue that relaxes, in which the time since its start grows by a factor of e.
+const HOLD_STEPS: f64 = 2.0;
+
 /// A place on the segment to a row.
 pub(super) struct Point {
     pub t_s: f64,
@@ -50,7 +53,16 @@ impl Run<'_, '_> {
             }
         };
         let along = steps(plane::X).hypot(steps(plane::Y)).hypot(steps(plane::SPIN));
-        steps(plane::DEPTH).abs().max(along).max(steps(plane::PITCH).hypot(steps(plane::ROLL))).max(1e-3)
+        let moves = steps(plane::DEPTH).abs().max(along).max(steps(plane::PITCH).hypot(steps(plane::ROLL)));
+        moves.max(self.growth_of_hold(row).map_or(1e-3, |growth| HOLD_STEPS * growth))
+    }
+
+    /// Logarithm of the ratio of the last to the first interval of a hold of tissue that relaxes; None for other segments.
+    fn growth_of_hold(&self, row: usize) -> Option<f64> {
+        let [least_s, _] = self.run.tissue.as_ref()?.times_s();
+        let waypoints = &self.path.waypoints;
+        let time_s = waypoints[row].t_s - waypoints[row - 1].t_s;
+        (self.corner(row) == self.corner(row - 1)).then(|| (time_s / least_s).ln_1p())
     }
 
     /// Largest size of a step after one that led to `next`: in steady slip longer slides are allowed than before it.
@@ -61,6 +73,7 @@ impl Run<'_, '_> {
             Some([.., spin])
                 if self.problem.rigid_body.is_plane()
                     && self.law_at.is_none()
+                    && self.run.tissue.is_none()
                     && slips_steadily(&self.run.state, next) =>
             {
                 let by_slide = steps.max_steady_slide_step_mm / steps.max_slide_step_mm;
@@ -78,7 +91,11 @@ impl Run<'_, '_> {
             return Point { t_s: waypoints[row].t_s, at: b };
         }
         let mix = |a: f64, b: f64| a + share * (b - a);
-        let t_s = mix(waypoints[row - 1].t_s, waypoints[row].t_s);
+        let passed = match self.growth_of_hold(row) {
+            Some(growth) => (share * growth).exp_m1() / growth.exp_m1(),
+            None => share,
+        };
+        let t_s = waypoints[row - 1].t_s + passed * (waypoints[row].t_s - waypoints[row - 1].t_s);
         Point { t_s, at: std::array::from_fn(|k| mix(a[k], b[k])) }
     }
 
