@@ -71,7 +71,7 @@ const MADE: &[Made] = &[
         name: "human-stiffening",
         from: &["offline/fe/src/experiment/human-stiffening.toml"],
         files: &["data/models/human-stiffening-pad.fpm", "data/models/human-stiffening.fpm"],
-        how: How::Tip("--config human-stiffening --mesh-preset medium"),
+        how: How::Tip("--config human-stiffening --mesh-preset medium --restarts 4"),
     },
     Made {
         name: "silicone-dome",
@@ -105,7 +105,7 @@ pub fn main(args: &Args) -> Result<()> {
     for made in MADE {
         let is_stale = stamps.get(made.name) != Some(&made.stamp()?);
         if args.list {
-            println!("{:<16}{}", made.name, if is_stale { "stale" } else { "as made" });
+            println!("{:<18}{}", made.name, if is_stale { "stale" } else { "as made" });
             continue;
         }
         let is_wanted = if args.names.is_empty() { is_stale } else { args.names.iter().any(|name| name == made.name) };

@@ -212,9 +212,10 @@ impl Fit<'_> {
         Ok(moved.iter().map(column).collect())
     }
 
-    fn run(mut self) -> Result<Fitted, Failure> {
+    /// * `step_bound`: bound of the first step, as the minimiser takes it
+    fn run(mut self, step_bound: f64) -> Result<Fitted, Failure> {
         let start: Vec<f64> = self.parameters.iter().map(|p| Self::free(p)).collect();
-        let minimiser = LevenbergMarquardt::new().with_tol(1e-2).with_patience(4).with_stepbound(0.3);
+        let minimiser = LevenbergMarquardt::new().with_tol(1e-2).with_patience(4).with_stepbound(step_bound);
         minimise(&mut self, &start, &minimiser);
         if let Some(error) = self.error.take() {
             return Err(error);
@@ -276,7 +277,7 @@ fn of_press(candidate: &Candidate, folder: &Path) -> Result<Fitted, Failure> {
         best: Mutex::default(),
         error: None,
     }
-    .run()
+    .run(100.0)
 }
 
 /// Fit of the second finger to all fitted numbers: least distance outside the bands, where a number that the paper's
@@ -300,7 +301,7 @@ fn of_all(preset: MeshPreset, jobs: usize) -> Result<Fitted, Failure> {
     };
     let residual = |place: usize, line: &Line| weights[place] * outside(line);
     let parameters = SECOND.iter().collect();
-    Fit { parameters, numbers: &numbers, residual: &residual, jobs, best: Mutex::default(), error: None }.run()
+    Fit { parameters, numbers: &numbers, residual: &residual, jobs, best: Mutex::default(), error: None }.run(0.3)
 }
 
 /// Standard errors of the parameters from the derivatives of the residuals (each of unit variance).

@@ -178,8 +178,8 @@ fn page_head(lab: &Lab) -> String {
         "# What the published finger lacks: eight experiments\n\nThis page compares two fingers of finite elements with eight published \
          experiments, which other groups made with other fingers.\n\n- **paper**: shape E with the material constants and the friction \
          law that Yoshida, Tada and Mochimaru published in 2011 for one subject. Nothing is tuned. It is the default of every \
-         command.\n- **stiffening**: the same finger with tissue that stiffens (`{STIFFENING}`). Its constants are those of the \
-         fit below. For `--config`; the shipped models are those of the paper's finger.\n\nEach number has a band with two sides, taken from its publication before \
+         command.\n- **stiffening**: the same finger with tissue that stiffens and friction nearer to \
+         proportional (`--config {STIFFENING}`). Its constants are those of the fit below. Its pad and bed are in the gallery.\n\nEach number has a band with two sides, taken from its publication before \
          any fit. Where a paper gives words only, the band is our reading of them. Where only its abstract was accessible, the \
          comparison is with the abstract. A number outside its band is bold. Mesh `{}`.\n\n`cargo xtask experiments` computes all numbers \
          and figures; with `--fit` it also finds the missing effect and its constants again.\n",
