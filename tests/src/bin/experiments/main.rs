@@ -207,14 +207,12 @@ fn write_finding(folder: &Path, page: &mut String, of_one: &[Found]) -> Result<(
     if !remark.is_empty() {
         write!(page, "\n{remark}\n")?;
     }
-    let mut charts = Vec::new();
-    for ((_, finger), finding) in of_one {
-        for chart in &finding.charts {
-            charts.push(TraceChart { title: format!("{}: {}", FINGERS[*finger], chart.title), ..chart.clone() });
-        }
+    for ((k, finger), finding) in of_one {
+        let name = FINGERS[*finger];
+        let named = |chart: &TraceChart| TraceChart { title: format!("{name}: {}", chart.title), ..chart.clone() };
+        let figure = format!("pictures/experiment_{}_{name}.svg", EXPERIMENTS[*k].0);
+        std::fs::write(folder.join(&figure), traces_svg(&finding.charts.iter().map(named).collect::<Vec<_>>()))?;
+        write!(page, "\n![{title}: {name}]({figure})\n")?;
     }
-    let figure = format!("pictures/experiment_{}.svg", EXPERIMENTS[of_one[0].0.0].0);
-    std::fs::write(folder.join(&figure), traces_svg(&charts))?;
-    write!(page, "\n![{title}: both fingers]({figure})\n")?;
     Ok(())
 }
