@@ -7,7 +7,7 @@ use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad::{PadState, Plane};
 use fingerpad::{Motion, Regime, State, Status, step};
 
-/// Friction over normal force of the tips, which have Coulomb's law.
+/// Friction over normal force of the robots' tips, which have Coulomb's law.
 const TIPS_MU: f32 = 0.8;
 
 #[test]
@@ -45,10 +45,10 @@ fn every_shipped_model_presses_and_slides() {
         };
         assert!(last.status == Status::OK && last.regime == Regime::Slip, "{name}: {last:?}");
         assert!(last.normal_force_n > 0.01, "{name}: {last:?}");
-        if !name.starts_with("fingertip") {
+        if !(name.starts_with("fingertip") || name.starts_with("human")) {
             let ratio = last.friction_n[0] / last.normal_force_n;
             assert!((ratio / TIPS_MU - 1.0).abs() < 0.01, "{name}: {ratio}");
         }
     }
-    assert_eq!(seen, [4, 4]);
+    assert_eq!(seen, [5, 5]);
 }

@@ -23,7 +23,7 @@ fn an_experiment_has_a_table_and_a_figure_of_each_finger() {
     assert!(page.find("experiment_load_paper.svg") < page.find("experiment_indentation_paper.svg"));
     assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
     for figure in ["load_paper", "indentation_paper", "indentation_stiffening"] {
-        let path = dir.path().join(format!("experiment_{figure}.svg"));
+        let path = dir.path().join(format!("pictures/experiment_{figure}.svg"));
         assert!(std::fs::read(path).unwrap().starts_with(b"<svg xmlns="));
     }
 }
