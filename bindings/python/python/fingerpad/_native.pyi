@@ -149,7 +149,8 @@ class Pad:
 
     @staticmethod
     def shipped(name: str = "human") -> Pad:
-        """The fitted pad that ships with the package: "human", or "human-stiffening", whose tissue stiffens."""
+        """The fitted pad that ships with the package: "human", or "human-stiffening", whose tissue stiffens; that one is usable in its
+        neutral pose alone."""
 
     def to_bytes(self) -> bytes:
         """The bytes of the file that the pad came from; a tuning is not in them."""
