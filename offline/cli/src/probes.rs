@@ -65,8 +65,8 @@ impl ProbeArgs {
     pub fn observed(&self, finger: &Finger) -> Result<Option<Observed>, Failure> {
         let points = match self.points().map_err(Failure::Input)? {
             None => Vec::new(),
-            Some(Points::Papillae(depth)) => load_path::papillae(&finger.mesh, depth),
-            Some(Points::File(file)) => readings_csv::read_points(&file, &finger.mesh)?,
+            Some(Points::Papillae(depth)) => load_path::papillae(finger, depth),
+            Some(Points::File(file)) => readings_csv::read_points(&file, finger)?,
         };
         let of_probe = |e| Failure::Input(anyhow::Error::new(e).context("--probe"));
         let probes = load_path::probes(&finger.mesh, &finger.body, &points).map_err(of_probe)?;

@@ -10,12 +10,14 @@ use super::{FingertipShape, FirstTouch};
 pub struct Skin {
     body: Body,
     touch: FirstTouch,
+    /// Height above first touch to which the pad reaches, mm.
+    pad_height_mm: f64,
 }
 
 impl Skin {
     /// The surface of `shape`, whose first touch is `touch`.
     pub fn of(shape: &FingertipShape, touch: FirstTouch) -> Self {
-        Self { body: Body::outer(shape), touch }
+        Self { body: Body::outer(shape), touch, pad_height_mm: shape.pad_height_mm }
     }
 
     /// The lowest point along `normal`, which points out of the rigid body into the finger, mm; the origin is the lowest along z.
@@ -48,11 +50,50 @@ impl Skin {
         let (p, q) = (relative(across), relative(up));
         self.touch.to_plane(&self.body.point(x, p, q))
     }
+
+    /// The point of the pad on the line along z through (x, y), mm, and the skin's outward normal there; None beside the pad.
+    pub fn on_pad(&self, [x, y]: [f64; 2]) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let of_finger = |z: f64| self.touch.rotation.transpose() * Vector3::new(x, y, z) + self.touch.point_mm;
+        let is_inside = |z: f64| self.body.level(&of_finger(z)) < 1.0;
+        let (mut outside, mut inside) = (-self.pad_height_mm, self.pad_height_mm);
+        if is_inside(outside) || !is_inside(inside) {
+            return None;
+        }
+        while inside - outside > 1e-13 * self.pad_height_mm {
+            let middle = 0.5 * (outside + inside);
+            if middle <= outside || middle >= inside {
+                break;
+            }
+            if is_inside(middle) { inside = middle } else { outside = middle }
+        }
+        let found = of_finger(inside);
+        (found.x >= 0.0).then(|| (Vector3::new(x, y, inside), self.touch.rotation * self.body.normal(&found)))
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector2;
+
     use super::*;
+
+    #[test]
+    fn points_of_the_pad_lie_on_the_surface_over_their_place() {
+        for name in FingertipShape::NAMES {
+            let shape = FingertipShape::named(name).unwrap();
+            let touch = FirstTouch::of(&shape);
+            let skin = Skin::of(&shape, touch);
+            for place in [[0.0, 0.0], [1.0, 2.0], [-3.0, 0.5], [0.0, -4.0]] {
+                let (point, outward) = skin.on_pad(place).unwrap();
+                assert!((point.xy() - Vector2::from(place)).norm() < 1e-12 && point.z > -1e-9, "{name}: {point}");
+                // No point of the surface is lower along its inward normal.
+                assert!((skin.lowest(&-outward) - point).norm() < 1e-5, "{name}: {point}");
+            }
+            assert_eq!(skin.on_pad([0.0, shape.half_width_mm + 0.1]), None, "{name}");
+            assert_eq!(skin.on_pad([2.0 * shape.length_mm, 0.0]), None, "{name}");
+            assert_eq!(skin.on_pad([-2.0 * shape.length_mm, 0.0]), None, "{name}");
+        }
+    }
 
     #[test]
     fn no_point_of_the_surface_is_lower() {

@@ -115,6 +115,7 @@ macro_rules! for_each_case {
                 nightly penalty "the same: penalty x10, penetration",
                 nightly regularisation "the same: regular pressure x0.1",
                 nightly loops "energy of closed paths",
+                gate scales "coarse shape E: tissue 100 times softer, 25 times stiffer; tolerance 1e-7 over a lift",
             }
             paths "long paths" {
                 nightly hard_paths "coarse shape E, floating bone: turns, lifts, forces",
@@ -221,6 +222,8 @@ macro_rules! for_each_case {
             readings "reactions and probes" {
                 gate reactions_balance_the_plane,
                 gate probes_read_a_uniform_strain,
+                gate papillae_are_the_same_points_on_every_mesh,
+                nightly strain_at_papillae_has_converged_on_the_default_mesh,
                 nightly probes_read_the_strain_under_a_hertz_contact,
             }
             rolling "a rigid cylinder that rolls with creep" {

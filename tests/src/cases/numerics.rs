@@ -1,5 +1,6 @@
 //! Results that must not depend on numerics, and the energy balance, on the coarse shape A with fixed bone.
 
+use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{BoneKind, Finger, LoadSettings, Problem, Response, Trajectory};
 use fingerpad_fe::mesh::MeshPreset;
 
@@ -155,6 +156,41 @@ pub fn loops(effort: Effort) -> Result<Vec<Check>, Failure> {
             Check::reported(format!("{name}: work put in (mJ)"), put_in),
             Check::reported(format!("{name}: put into elastic slip by pressure, over it"), work.pressure_mj / put_in),
         ]);
+    }
+    Ok(checks)
+}
+
+/// Under Coulomb's law every force scales with the stiffness, since the penalty does; and a press after a lift converges to a tight
+/// tolerance, down to the rounding of the residual.
+pub fn scales(_: Effort) -> Result<Vec<Check>, Failure> {
+    let run = |stiffness: f64, tolerance: f64| -> Result<Trajectory, Failure> {
+        let mut config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
+        config.tissue.stiffen(stiffness);
+        (config.friction.lambda, config.friction.beta) = (0.5, 1.0);
+        config.numerics.solver.tolerance = tolerance;
+        let finger = config.finger()?.0;
+        let again = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [-0.2, 1.0, 0.0], [1.0, 1.0, 0.0]];
+        Ok(follow(&config.problem(&finger), &placed(&again))?)
+    };
+    let usual = run(1.0, 1e-5)?;
+    let apart = |run: &Trajectory, stiffness: f64| {
+        let [normal, friction] = [1, 2, 4]
+            .map(|k| {
+                let (a, b) = (at_corner(run, k), at_corner(&usual, k));
+                [a.normal_force_n / stiffness - b.normal_force_n, a.friction_x_n / stiffness - b.friction_x_n]
+            })
+            .into_iter()
+            .fold([0.0f64; 2], |most, off| [0, 1].map(|k| most[k].max(off[k].abs())));
+        normal.max(friction) / at_corner(&usual, 1).normal_force_n
+    };
+    let mut checks = Vec::new();
+    for stiffness in [0.01, 25.0] {
+        let off = apart(&run(stiffness, 1e-5)?, stiffness);
+        checks.push(Check::at_most(format!("forces over stiffness, times {stiffness}"), off, 1e-5));
+    }
+    for tolerance in [1e-6, 1e-7] {
+        let tight = run(1.0, tolerance)?;
+        checks.push(Check::at_most(format!("forces, tolerance {tolerance:e}"), apart(&tight, 1.0), 2e-5));
     }
     Ok(checks)
 }

@@ -4,7 +4,7 @@ use crate::problems::fingers::{finger, follow, placed, problem};
 use crate::problems::sphere::{Elements, Layout, Part, Sphere};
 use crate::verify;
 use fingerpad_fe::assembly::Configuration;
-use fingerpad_fe::load_path::{BoneKind, Model, Observed, Problem, probes};
+use fingerpad_fe::load_path::{BoneKind, Model, Observed, Problem, papillae, probes};
 use fingerpad_fe::mesh::MeshPreset;
 use nalgebra::{Matrix3, Vector3};
 
@@ -77,6 +77,54 @@ pub fn probes_read_a_uniform_strain() {
     }
     let outside = probes(&finger.mesh, &finger.body, &named(&[[0.0, 0.0, -3.0]])).unwrap_err().to_string();
     assert!(outside.contains("probe `p0` at (0, 0, -3) mm lies outside"), "{outside}");
+}
+
+/// A grid of receptors has the same names and places on all meshes of a parametric fingertip.
+pub fn papillae_are_the_same_points_on_every_mesh() {
+    let presets = [MeshPreset::Coarse, MeshPreset::Medium, MeshPreset::Default];
+    for depth_mm in [0.3, 0.7, 1.5] {
+        let [first, others @ ..] =
+            presets.map(|preset| papillae(&finger("e", preset, BoneKind::Floating, 1.0).unwrap(), depth_mm));
+        assert!((100..500).contains(&first.len()), "{}", first.len());
+        for other in others {
+            assert_eq!(first.len(), other.len());
+            for ((name, at), (other_name, other_at)) in first.iter().zip(&other) {
+                assert_eq!(name, other_name);
+                assert!((at - other_at).norm() < 1e-9, "{name} {depth_mm}: {at} {other_at}");
+            }
+        }
+    }
+}
+
+/// Strain at receptors, within 5 mm of first touch, on the default mesh against the fine one, in shares of the peak at their depth: the
+/// layers under the skin, just below its border and deeper, after a press and after a slide.
+pub fn strain_at_papillae_has_converged_on_the_default_mesh() {
+    let read = |preset: MeshPreset| {
+        let finger = finger("e", preset, BoneKind::Floating, 1.0).unwrap();
+        let points = |depth| papillae(&finger, depth).into_iter().filter(|(_, at)| at.xy().norm() < 5.1);
+        let points: Vec<Vec<_>> = [0.7, 1.5].into_iter().map(|depth| points(depth).collect()).collect();
+        let all = probes(&finger.mesh, &finger.body, &points.concat()).unwrap();
+        let observed = Observed::new(&finger.mesh, false, all);
+        let problem = problem(&finger.body, &finger.mesh.pad_faces);
+        let problem = Problem { half: finger.half.as_ref(), observed: Some(&observed), ..problem };
+        let run = follow(&problem, &placed(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 3.0, 0.0]])).unwrap();
+        let at_time = |t_s: f64| {
+            let row = run.responses.iter().position(|r| r.t_s == t_s).unwrap();
+            let strains: Vec<[f64; 6]> = run.readings[row].probes.iter().map(|probe| probe.strain).collect();
+            let (near, deep) = strains.split_at(points[0].len());
+            [near.to_vec(), deep.to_vec()]
+        };
+        [1.0, 2.0].map(at_time)
+    };
+    let [default, fine] = [MeshPreset::Default, MeshPreset::Fine].map(read);
+    for (when, default, fine) in [("press", &default[0], &fine[0]), ("slide", &default[1], &fine[1])] {
+        for (depth, default, fine) in [("0.7 mm", &default[0], &fine[0]), ("1.5 mm", &default[1], &fine[1])] {
+            let peak = fine.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let off =
+                default.iter().flatten().zip(fine.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            verify("receptors", &format!("strain at {depth}, {when}, over the peak"), off / peak, 0.05);
+        }
+    }
 }
 
 /// Strain and energy on the axis below a Hertz contact (Johnson 1985, Contact Mechanics, equations 3.45).

@@ -8,7 +8,8 @@ use super::{FrictionLaw, Orthotropy, Plane, RubberFriction, Sliding};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PenaltySettings {
-    /// Pressure per penetration, MPa/mm, > 0.
+    /// Pressure per penetration, MPa/mm, > 0. In a configuration it is that of a finger as stiff and as thick as the human one;
+    /// fingers more than ten times softer or a hundred times stiffer take it in proportion to stiffness over thickness.
     #[serde(deserialize_with = "fingerpad_formats::units::positive")]
     pub penalty_mpa_per_mm: f64,
     /// Whether converged increments are augmented until the penetration tolerance holds.

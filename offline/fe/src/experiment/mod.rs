@@ -14,6 +14,7 @@ pub use pad::pad_height_mm;
 pub use rigid_body::{BodyKind, RigidBodySettings};
 pub use runs::{frictionless, press, press_and_slide};
 
+use std::ops::RangeInclusive;
 use std::path::{Path as FilePath, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -260,8 +261,20 @@ impl Config {
         Ok(Sha256::digest(text).iter().take(8).map(|b| format!("{b:02x}")).collect())
     }
 
+    /// Factor on the penalty of contact: stiffness over thickness of the finger over those of the human one, so that the
+    /// penalty is neither lost in the tissue's stiffness nor hides it. 1 for all fingers near the human one, whose runs are
+    /// stored.
+    fn penalty_factor(&self, thickness_mm: f64) -> f64 {
+        let thickness = if thickness_mm.is_finite() { thickness_mm / HUMAN_THICKNESS_MM } else { 1.0 };
+        let factor = self.tissue.stiffness() / thickness;
+        if HUMAN_PENALTY_SERVES.contains(&factor) { 1.0 } else { factor }
+    }
+
     /// The problem of a finger.
     pub fn problem<'a>(&self, finger: &'a Finger) -> Problem<'a> {
+        let clearance_mm = Clearance::of(finger).depth_mm;
+        let mut penalty = self.numerics.contact;
+        penalty.penalty_mpa_per_mm *= self.penalty_factor(clearance_mm);
         Problem {
             body: &finger.body,
             pad_faces: (&finger.mesh).into(),
@@ -269,18 +282,23 @@ impl Config {
             outline: finger.outline.clone(),
             half: finger.half.as_ref().filter(|_| self.numerics.symmetry.is_auto()),
             friction: Some(self.friction),
-            penalty: self.numerics.contact,
+            penalty,
             settings: self.numerics.solver,
             load_steps: self.numerics.load_steps,
             neutral_pitch_deg: finger.neutral_pitch_deg,
             obstacles: &finger.obstacles,
             beside_pad: &finger.beside_pad,
-            clearance_mm: Clearance::of(finger).depth_mm,
+            clearance_mm,
             relaxation: finger.relaxation,
             observed: None,
         }
     }
 }
+
+/// Height of the bone above first touch in the human finger, mm.
+const HUMAN_THICKNESS_MM: f64 = 6.5;
+/// Stiffness over thickness, over those of the human finger, at which its penalty serves.
+const HUMAN_PENALTY_SERVES: RangeInclusive<f64> = 0.1..=100.0;
 
 /// Configurations of the fingers that ship, by the names that stand for their files: the paper's finger, which is the default,
 /// and the same finger with tissue that stiffens.

@@ -11,7 +11,7 @@ use super::{HalfFinger, LoadSettings, Symmetry};
 use crate::assembly::{Body, BodyError, Joint, Material, Supports};
 use crate::contact::{Outline, PenaltySettings, RigidBody};
 use crate::material::{Doubt, Ogden, SaintVenantKirchhoff, Stiffness, partly, presets, relaxation};
-use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, set};
+use crate::mesh::{Fingertip, FirstTouch, HalfMesh, Mesh, Region, Skin, below_skin, locate, set};
 use crate::solve::{PadFaces, SolverSettings};
 
 /// Mechanical role of the bones.
@@ -240,6 +240,8 @@ pub struct Finger {
     pub rigid_body: RigidBody,
     /// The undeformed surface, from which depth counts; None for the nodes of the pad.
     pub outline: Option<Outline>,
+    /// The same in closed form, of a parametric fingertip.
+    pub skin: Option<Skin>,
     /// Its half, if it is symmetric about y = 0.
     pub half: Option<HalfFinger>,
     /// Branches of its soft regions.
@@ -254,7 +256,7 @@ impl Finger {
     /// without a law.
     pub fn new(fingertip: Fingertip, tissue: &Tissue) -> Result<Self, BodyError> {
         let neutral_pitch_deg = neutral_pitch_deg(&fingertip.touch);
-        let outline = smooth_outline(&fingertip);
+        let (outline, skin) = (smooth_outline(&fingertip), fingertip.skin);
         let mut beside_pad: Vec<u32> = fingertip.outer_faces.iter().flatten().copied().collect();
         beside_pad.extend(fingertip.outer_triangles.iter().flatten());
         beside_pad.sort_unstable();
@@ -279,7 +281,21 @@ impl Finger {
         let obstacles = obstacles.into_iter().map(|n| mesh.nodes[n as usize]).collect();
         let rigid_body = RigidBody::Plane;
         let relaxation = tissue.relaxation;
-        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, rigid_body, outline, half, relaxation })
+        Ok(Self { mesh, body, neutral_pitch_deg, obstacles, beside_pad, rigid_body, outline, skin, half, relaxation })
+    }
+
+    /// The point `below_mm` under the undeformed skin of the pad, along its inner normal, where the line along z through (x, y) meets
+    /// the pad, mm; None beside the pad. On a parametric fingertip it is the same on every mesh, unless the faces of the mesh leave it
+    /// outside.
+    pub fn below_skin(&self, place: [f64; 2], below_mm: f64) -> Option<Vector3<f64>> {
+        if let Some(skin) = &self.skin {
+            let (on_skin, outward) = skin.on_pad(place)?;
+            let point = on_skin - outward * below_mm;
+            if locate(&self.mesh, &point).is_some() {
+                return Some(point);
+            }
+        }
+        below_skin(&self.mesh, place, below_mm)
     }
 }
 

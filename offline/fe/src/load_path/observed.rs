@@ -1,12 +1,12 @@
 //! Quantities inside the finger at every increment: reactions of the supports, and probes in the tissue.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use super::Model;
+use super::{Finger, Model};
 use crate::assembly::{Body, Configuration, Deformed};
-use crate::mesh::{Mesh, below_skin, element_corners, locate, set};
+use crate::mesh::{Mesh, element_corners, locate, set};
 
 /// Distance of the receptors that [`papillae`] puts under the pad, mm.
 const PITCH_MM: f64 = 1.0;
@@ -15,6 +15,13 @@ const REACH_MM: f64 = 12.0;
 
 /// Spread of a patch in a direction, share of the largest singular value, below which a field is taken as constant there.
 const FLAT: f64 = 0.1;
+
+/// Weight of a node in the fit of displacements: 1 over this number plus its squared distance, in units of the mean one.
+const NEAR: f64 = 0.5;
+/// Least over largest singular value below which a quadratic field is not determined.
+const UNDETERMINED: f64 = 0.06;
+/// Nodes per element above which a patch is one layer of hexahedra: of 9 elements, one layer has 3.6 and two have 2.7.
+const ONE_LAYER: f64 = 3.5;
 
 /// Supports of the finger, in the order of [`Reading::reactions`].
 pub const SUPPORTS: [&str; 3] = ["nail", "bone", "section"];
@@ -51,17 +58,18 @@ pub struct Reading {
 
 /// A point of the tissue whose strain is read.
 ///
-/// The solution gives strain and energy as means over elements. At each corner of the probe's element a linear field is
-/// fitted to the means of the elements of the same region around that corner, each at its middle, and the values of
-/// these fields at the corners are interpolated (superconvergent patch recovery, Zienkiewicz and Zhu 1992, Int. J.
-/// Numer. Methods Eng. 33:1331-1364). A probe therefore averages over about one element, and at the rim of a region it
-/// reads the value half an element inside.
+/// Strain comes from a quadratic field of displacements, fitted to the nodes of all elements of the same region that touch the probe's
+/// element (polynomial preserving recovery, Zhang and Naga 2005, SIAM J. Sci. Comput. 26:1192-1213). Energy, and strain where a region
+/// has too few layers of elements for such a field, come from means over elements: at each corner of the probe's element a linear
+/// field is fitted to the means of the elements of the same region around that corner, and the values of these fields at the corners
+/// are interpolated (superconvergent patch recovery, Zienkiewicz and Zhu 1992, Int. J. Numer. Methods Eng. 33:1331-1364).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
     /// Its name in files.
     pub name: String,
     corners: Vec<(u32, f64)>,
     undeformed: Vector3<f64>,
+    slopes: Option<Vec<(u32, Vector3<f64>)>>,
     elements: Vec<(usize, f64)>,
 }
 
@@ -97,10 +105,10 @@ pub struct Observed {
 }
 
 /// Points of a grid of 1 mm at this depth under the pad, mm, as receptors lie in the papillae of the dermis; named by number.
-pub fn papillae(mesh: &Mesh, depth_mm: f64) -> Vec<(String, Vector3<f64>)> {
+pub fn papillae(finger: &Finger, depth_mm: f64) -> Vec<(String, Vector3<f64>)> {
     let half = (REACH_MM / PITCH_MM) as i32;
     let places = (-half..=half).flat_map(|i| (-half..=half).map(move |j| [i, j].map(|k| f64::from(k) * PITCH_MM)));
-    let points = places.filter_map(|place| below_skin(mesh, place, depth_mm));
+    let points = places.filter_map(|place| finger.below_skin(place, depth_mm));
     points.enumerate().map(|(k, point)| (format!("p{k:03}"), point)).collect()
 }
 
@@ -111,9 +119,10 @@ pub fn papillae(mesh: &Mesh, depth_mm: f64) -> Vec<(String, Vector3<f64>)> {
 pub fn probes(mesh: &Mesh, body: &Body, points: &[(String, Vector3<f64>)]) -> Result<Vec<Probe>, ProbeError> {
     let volumes = body.element_volumes_mm3();
     let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    let (mut regions, mut middles) = (Vec::new(), Vec::new());
+    let (mut regions, mut middles, mut corners) = (Vec::new(), Vec::new(), Vec::new());
     for (element, (nodes, region)) in element_corners(mesh).enumerate() {
         regions.push(region);
+        corners.push(nodes);
         middles.push(nodes.iter().map(|&n| mesh.nodes[n as usize]).sum::<Vector3<f64>>() / nodes.len() as f64);
         nodes.iter().for_each(|&n| around.entry(n).or_default().push(element));
     }
@@ -124,10 +133,20 @@ pub fn probes(mesh: &Mesh, body: &Body, points: &[(String, Vector3<f64>)]) -> Re
             let region = mesh.region_name(found.region).to_owned();
             return Err(ProbeError::Rigid { name, at_mm, region });
         }
+        let beside = |node: &u32| {
+            let all = around[node].iter().copied();
+            all.filter(|&e| regions[e] == found.region && volumes[e] > 0.0)
+        };
+        let near: BTreeSet<usize> = found.corners.iter().flat_map(|(node, _)| beside(node)).collect();
+        let nodes: BTreeSet<u32> = near.iter().flat_map(|&e| corners[e]).copied().collect();
+        let nodes: Vec<u32> = nodes.into_iter().collect();
+        let places: Vec<_> = nodes.iter().map(|&n| mesh.nodes[n as usize] - point).collect();
+        let is_deep = nodes.len() as f64 <= ONE_LAYER * near.len() as f64;
+        let slopes = if is_deep { slopes_at_origin(&places) } else { None };
+        let slopes = slopes.map(|slopes| nodes.into_iter().zip(slopes).collect());
         let mut elements: BTreeMap<usize, f64> = BTreeMap::new();
         for (corner, weight) in &found.corners {
-            let beside = around[corner].iter().copied();
-            let patch: Vec<usize> = beside.filter(|&e| regions[e] == found.region && volumes[e] > 0.0).collect();
+            let patch: Vec<usize> = beside(corner).collect();
             let places: Vec<_> = patch.iter().map(|&e| middles[e] - mesh.nodes[*corner as usize]).collect();
             patch
                 .iter()
@@ -135,7 +154,7 @@ pub fn probes(mesh: &Mesh, body: &Body, points: &[(String, Vector3<f64>)]) -> Re
                 .for_each(|(&e, w)| *elements.entry(e).or_default() += weight * w);
         }
         let elements = elements.into_iter().collect();
-        Ok(Probe { name, corners: found.corners, undeformed: *point, elements })
+        Ok(Probe { name, corners: found.corners, undeformed: *point, slopes, elements })
     };
     points.iter().map(probe).collect()
 }
@@ -143,13 +162,41 @@ pub fn probes(mesh: &Mesh, body: &Body, points: &[(String, Vector3<f64>)]) -> Re
 /// Weights with which values at `places` make the value at the origin of the linear field of least squares through them. Directions in
 /// which the places hardly differ are taken as constant.
 fn weights_at_origin(places: &[Vector3<f64>]) -> Vec<f64> {
-    let middle = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
-    let rows = DMatrix::from_fn(places.len(), 3, |row, k| places[row][k] - middle[k]);
+    let nearness: Vec<f64> = places.iter().map(|place| 1.0 / place.norm_squared()).collect();
+    let all: f64 = nearness.iter().sum();
+    let middle = places.iter().zip(&nearness).map(|(place, w)| place * *w).sum::<Vector3<f64>>() / all;
+    let rows = DMatrix::from_fn(places.len(), 3, |row, k| nearness[row].sqrt() * (places[row][k] - middle[k]));
     let svd = rows.svd(true, true);
     let least = FLAT * svd.singular_values.max();
     let slopes = svd.pseudo_inverse(least).expect("both factors are there and the bound is not negative");
-    let weight = |row: usize| 1.0 / places.len() as f64 - (0..3).map(|k| middle[k] * slopes[(k, row)]).sum::<f64>();
-    (0..places.len()).map(weight).collect()
+    let slope = |row: usize| (0..3).map(|k| middle[k] * slopes[(k, row)]).sum::<f64>() * nearness[row].sqrt();
+    (0..places.len()).map(|row| nearness[row] / all - slope(row)).collect()
+}
+
+/// Weights with which values at `places` make the gradient at the origin of the quadratic field of least squares through them, 1/mm;
+/// None if the places do not determine one.
+fn slopes_at_origin(places: &[Vector3<f64>]) -> Option<Vec<Vector3<f64>>> {
+    let size = (places.iter().map(|p| p.norm_squared()).sum::<f64>() / places.len() as f64).sqrt();
+    let nearness: Vec<f64> = places.iter().map(|p| 1.0 / (NEAR + (p / size).norm_squared())).collect();
+    let mut rows = DMatrix::from_fn(places.len(), 10, |row, k| {
+        let p = places[row] / size;
+        let term = match k {
+            0 => 1.0,
+            1..4 => p[k - 1],
+            4..7 => p[k - 4] * p[k - 4],
+            _ => p[k - 7] * p[(k - 6) % 3],
+        };
+        nearness[row] * term
+    });
+    let norms: Vec<f64> = rows.column_iter().map(|column| column.norm()).collect();
+    rows.column_iter_mut().zip(&norms).for_each(|(mut column, norm)| column /= *norm);
+    let svd = rows.svd(true, true);
+    if places.len() < 10 || svd.singular_values.min() < UNDETERMINED * svd.singular_values.max() {
+        return None;
+    }
+    let fit = svd.pseudo_inverse(0.0).ok()?;
+    let slopes = |row| Vector3::from_fn(|k, _| fit[(k + 1, row)] * nearness[row] / (size * norms[k + 1]));
+    Some((0..places.len()).map(slopes).collect())
 }
 
 impl Observed {
@@ -209,12 +256,18 @@ impl Observed {
             (stresses[from].mirrored_if(is_mirrored).green_lagrange, density[from])
         };
         let read = |probe: &Probe| {
-            let moved: Vector3<f64> = probe.corners.iter().map(|&(n, w)| moved[n as usize] * w).sum();
-            let mut reading = ProbeReading { place_mm: (probe.undeformed + moved).into(), ..ProbeReading::default() };
+            let shift: Vector3<f64> = probe.corners.iter().map(|&(n, w)| moved[n as usize] * w).sum();
+            let mut reading = ProbeReading { place_mm: (probe.undeformed + shift).into(), ..ProbeReading::default() };
             for &(e, weight) in &probe.elements {
                 let (strain, density) = element(e);
                 reading.strain.iter_mut().zip(strain).for_each(|(sum, s)| *sum += weight * s);
                 reading.strain_energy_density_mpa += weight * density;
+            }
+            if let Some(slopes) = &probe.slopes {
+                let of_node = |sum, &(n, g): &(u32, Vector3<f64>)| sum + moved[n as usize] * g.transpose();
+                let slope: Matrix3<f64> = slopes.iter().fold(Matrix3::zeros(), of_node);
+                let strain = 0.5 * (slope + slope.transpose() + slope.transpose() * slope);
+                reading.strain = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|at| strain[at]);
             }
             reading
         };

@@ -7,8 +7,7 @@ use fingerpad_formats::{Columns, Error, number};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::observed::SUPPORTS;
-use super::{Probe, ProbeReading, Trajectory};
-use crate::mesh::{Mesh, below_skin};
+use super::{Finger, Probe, ProbeReading, Trajectory};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 const COMPONENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
@@ -44,7 +43,7 @@ pub fn write_reactions(w: &mut dyn Write, trajectory: &Trajectory) -> io::Result
 ///
 /// # Errors
 /// [`Error`] with line and value: no pad above a point, a name that is missing or occurs twice.
-pub fn read_points(file: &Path, mesh: &Mesh) -> Result<Vec<(String, Vector3<f64>)>, Error> {
+pub fn read_points(file: &Path, finger: &Finger) -> Result<Vec<(String, Vector3<f64>)>, Error> {
     let table = Columns::read(file, &["probe", "x_mm", "y_mm", "z_mm", "below_skin_mm"])?;
     table.need_rows(1)?;
     let (name, x, y) = (table.find("probe"), table.need("x_mm")?, table.need("y_mm")?);
@@ -61,7 +60,8 @@ pub fn read_points(file: &Path, mesh: &Mesh) -> Result<Vec<(String, Vector3<f64>
             if at_z < 0.0 {
                 return Err(table.refuse(row, z, "must not be negative"));
             }
-            below_skin(mesh, [at_x, at_y], at_z)
+            finger
+                .below_skin([at_x, at_y], at_z)
                 .ok_or_else(|| table.refuse(row, x, format!("there is no pad above ({at_x}, {at_y}) mm")))?
         } else {
             Vector3::new(at_x, at_y, at_z)

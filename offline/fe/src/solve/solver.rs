@@ -72,6 +72,8 @@ pub struct Solver<'a> {
     pub(super) held: Vec<bool>,
     pub(super) shift: Vec<f64>,
     pub(super) viscosity: Vec<f64>,
+    /// Rounding error of the residual, N.
+    pub(super) rounding_n: f64,
     pub(super) undeformed_stiffness: Vec<f64>,
     pub(super) values: Vec<f64>,
     /// Force on a touching node per penetration, N/mm.
@@ -127,6 +129,7 @@ impl<'a> Solver<'a> {
             held,
             shift: vec![0.0; contact],
             viscosity: Vec::new(),
+            rounding_n: 0.0,
             undeformed_stiffness: Vec::new(),
             values: Vec::new(),
             penalty_stiffness,
@@ -237,7 +240,7 @@ impl<'a> Solver<'a> {
     ) -> Result<State, SolveError> {
         let damping = Damping { coefficient, from: &last.configuration };
         let guess = Guess::at(last);
-        self.damping_diagonal();
+        self.diagonal_of_undeformed();
         self.factor_is_set = false;
         let increment = Increment::new(&last.contact, target.into(), Some(damping));
         let result = self.equilibrium(&increment, guess, stats, watch);
@@ -288,6 +291,7 @@ impl<'a> Solver<'a> {
         watch: Watch,
     ) -> Result<State, SolveError> {
         let target = target.into();
+        self.diagonal_of_undeformed();
         let mut reference = last.contact.clone();
         let mut state = self.equilibrium(&Increment::new(&reference, target, None), guess, stats, watch)?;
         if self.penalty.augment {

@@ -11,8 +11,8 @@ use crate::assembly::Configuration;
 use crate::contact::{ContactState, Parts, Plane, Tangential};
 
 impl Solver<'_> {
-    /// Diagonal of the undeformed stiffness, which viscous forces are a share of.
-    pub(super) fn damping_diagonal(&mut self) {
+    /// Diagonal of the undeformed stiffness, which viscous forces and the rounding error of the residual are shares of.
+    pub(super) fn diagonal_of_undeformed(&mut self) {
         if self.viscosity.is_empty() {
             let mut values = Vec::new();
             self.body.tangent(self.body.undeformed(), &mut values);
@@ -21,6 +21,8 @@ impl Solver<'_> {
             for &dof in &self.body.dofs.held {
                 self.viscosity[dof] = 0.0;
             }
+            let norm = self.viscosity.iter().map(|k| k * k).sum::<f64>().sqrt();
+            self.rounding_n = f64::EPSILON * norm * self.surface.size_mm();
         }
     }
 

@@ -13,7 +13,7 @@ pub(in crate::solve) struct Residual {
     pub contact: Vec<f64>,
     /// Norm of `total` and of the imbalance of driven forces.
     pub norm: f64,
-    /// Contact force that `norm` is held against: the norm of `contact`, or the force floor.
+    /// Contact force that `norm` is held against: the norm of `contact`, or the least force that the tolerance can resolve.
     pub reference: f64,
 }
 
@@ -43,7 +43,8 @@ impl Solver<'_> {
             sum += imbalance * imbalance;
         }
         let contact_norm = contact.iter().map(|f| f * f).sum::<f64>().sqrt();
-        Residual { total, contact, norm: sum.sqrt(), reference: contact_norm.max(self.settings.force_floor_n) }
+        let least = self.settings.force_floor_n.max(self.rounding_n / self.settings.tolerance);
+        Residual { total, contact, norm: sum.sqrt(), reference: contact_norm.max(least) }
     }
 }
 
