@@ -66,6 +66,14 @@ def commit(
 
 
 @wp.kernel
+def forget(worlds: wp.array(dtype=wp.bool), contacts: int, trial_time: wp.array(dtype=float)):
+    """Lets the contacts of the chosen worlds, or of all without `worlds`, start without memory: `commit` finds that the time went back."""
+    i = wp.tid()
+    if not worlds or worlds[i // contacts]:
+        trial_time[i] = wp.inf
+
+
+@wp.kernel
 def sites_of_bodies(
     site: wp.array(dtype=int),
     geom: wp.array(dtype=int),
@@ -328,6 +336,10 @@ class Callback:
             outputs=[d.qfrc_passive],
             device=self.device,
         )  # fmt: skip
+
+    def reset(self, worlds: Any = None) -> None:
+        """Contacts of these worlds start without memory: a Warp array of bool, one per world; all without it. For resets that leave the time as it is."""
+        wp.launch(forget, dim=self._frames.count, inputs=[worlds, len(self.contacts), self._trial_time], device=self.device)
 
     def read(self) -> np.ndarray[Any, Any]:
         """What the contacts answered in the last pass, a structured array of shape (worlds, contacts)."""
