@@ -49,6 +49,7 @@ def attach(model: Model | Pad, solver: Any, contacts: Sequence[tuple[str, str]],
     mj_model = solver.mj_model
     pairs = [(_named(solver, "site", site), _named(solver, "geom", geom)) for site, geom in _listed(contacts)]
     mj_model.opt.timestep = _arrays.number_within("dt_s", dt_s, 1e-6, 1)
+    solver.mjw_model.opt.timestep.fill_(mj_model.opt.timestep)
     return Contacts(model, mj_model, solver.mjw_model, solver.mjw_data, pairs, **options)
 
 
