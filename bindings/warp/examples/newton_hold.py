@@ -91,8 +91,9 @@ def main() -> None:
     hold.seconds(0.3)
     hold.set_gravity(GRAVITY)
     hold.seconds(2.0)
-    # A Warp array of all contacts; wp.to_torch(margin) is a torch tensor of the same memory.
-    margin = hold.contacts.response.slip_margin.numpy().reshape(-1, 2).min(axis=1)
+    # One number per contact, world by world; the torch tensor is the same memory.
+    margin = hold.contacts.response.slip_margin
+    margin = margin.numpy().reshape(-1, 2).min(axis=1) if torch is None else wp.to_torch(margin).view(-1, 2).amin(dim=1).tolist()
     for grip_n, height_mm, least in zip(GRIP_N, hold.height_mm(), margin, strict=True):
         print(f"grip {grip_n:.1f} N: block at {height_mm:.2f} mm, slip margin {least:.2f}" if height_mm > -10 else f"grip {grip_n:.1f} N: dropped")
 
