@@ -172,17 +172,25 @@ pub fn warp_gate() -> Result<()> {
 
 /// On a GPU as well if there is one; the head of the report names it.
 pub fn warp_nightly() -> Result<()> {
-    warp(&NIGHTLY)
+    warp(&NIGHTLY)?;
+    // Newton needs an older MuJoCo than the other tests.
+    let python = install::python("python-newton", "bindings/requirements-newton.txt")?;
+    install_warp(&python)?;
+    run(pytest(&python, WARP, &NIGHTLY).arg("test_newton.py"))
 }
 
-/// Installs the package beside the Python package, which has the bits of the core, and runs its tests.
+/// Runs the tests of the package beside the Python package, which has the bits of the core.
 fn warp(tests: &Tests) -> Result<()> {
     let python = wheel(tests, "")?;
+    install_warp(&python)?;
+    run(&mut pytest(&python, WARP, tests))
+}
+
+fn install_warp(python: &Path) -> Result<()> {
     // A copy, so that setuptools leaves nothing in the repository.
     let copy = tempfile::tempdir()?;
     run(command(".", "cp -r bindings/warp").arg(copy.path()))?;
-    run(module(&python, "pip install --quiet --force-reinstall --no-deps").arg(copy.path().join("warp")))?;
-    run(&mut pytest(&python, WARP, tests))
+    run(module(python, "pip install --quiet --force-reinstall --no-deps").arg(copy.path().join("warp")))
 }
 
 /// Wheels of the core for any Linux of the last ten years on x86_64 and aarch64, and its sources as an archive, in a folder; the wheel of the

@@ -80,7 +80,7 @@ const STEPS: [Step; 36] = [
     Step("book", Nightly, Others, book::test, "the book: complete, links, 1200 and 400 px wide in Chromium"),
     Step("python-all", Nightly, Others, binding::python_nightly, "the Python package with the program: commands on frames, notebooks, types"),
     Step("mujoco-all", Nightly, Others, binding::mujoco_nightly, "the MuJoCo plugin: scenes of minutes"),
-    Step("warp-all", Nightly, Others, binding::warp_nightly, "the Warp package: gradients, thousands of worlds of MuJoCo Warp; on a GPU where there is one"),
+    Step("warp-all", Nightly, Others, binding::warp_nightly, "the Warp package: gradients, thousands of worlds of MuJoCo Warp, Newton; on a GPU where there is one"),
     Step("verify", Weekly, Workspace, weekly::verify, "verification cases at full effort"),
     Step("counts", Weekly, Workspace, rust::counts, "tests marked as weekly: planted tables, effects over many seeds"),
     Step("calculix", Weekly, Workspace, weekly::calculix, "verification against CalculiX"),

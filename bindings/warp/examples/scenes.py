@@ -30,16 +30,18 @@ GRIP = """<mujoco>
     </body>
     <body name="object">
       <freejoint name="object"/>
-      <geom name="object" type="{geom}" size="0.02 0.02 0.03" mass="0.045"/>
+      <geom name="object" type="{geom}" size="0.02 0.02 0.03" mass="{mass_kg}"/>
     </body>
   </worldbody>
   <actuator><motor name="grip" joint="grip"/></actuator>
 </mujoco>"""
 
 
-def grip(worlds: int, timestep: float = 0.004, integrator: str = "Euler", geom: str = "box", **options: Any) -> tuple[Any, Any, Any, Any]:
+def grip(
+    worlds: int, timestep: float = 0.004, integrator: str = "Euler", geom: str = "box", mass_kg: float = MASS_KG, **options: Any
+) -> tuple[Any, Any, Any, Any]:
     """The MuJoCo model, MuJoCo Warp's model and data, and the callback; `options` are those of `Callback`."""
-    mj_model = mujoco.MjModel.from_xml_string(GRIP.format(timestep=timestep, integrator=integrator, geom=geom))
+    mj_model = mujoco.MjModel.from_xml_string(GRIP.format(timestep=timestep, integrator=integrator, geom=geom, mass_kg=mass_kg))
     mj_data = mujoco.MjData(mj_model)
     mujoco.mj_forward(mj_model, mj_data)
     m = mujoco_warp.put_model(mj_model)

@@ -28,3 +28,5 @@ class Status(IntFlag):
     BODY_TOO_SHARP = 1 << 11
     BEGAN_INSIDE = 1 << 12
     BEYOND_EDGE = 1 << 13
+    #: Of the callback for MuJoCo Warp alone.
+    STEP_TOO_LONG = 1 << 14

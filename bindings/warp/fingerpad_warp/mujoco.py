@@ -17,7 +17,7 @@ from fingerpad_warp import _arrays, _bed, _frames, _pad
 from fingerpad_warp._errors import InputError
 from fingerpad_warp._model import Model
 from fingerpad_warp._pad_model import RADIUS_MM, Pad
-from fingerpad_warp._status import Regime
+from fingerpad_warp._status import Regime, Status
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -63,6 +63,14 @@ def commit(
             if row < fresh.shape[0]:
                 past[row, i] = fresh[row]
     trial_time[i] = now
+
+
+@wp.kernel
+def forget(worlds: wp.array(dtype=wp.bool), contacts: int, trial_time: wp.array(dtype=float)):
+    """Lets the contacts of the chosen worlds, or of all without `worlds`, start without memory: `commit` finds that the time went back."""
+    i = wp.tid()
+    if not worlds or worlds[i // contacts]:
+        trial_time[i] = wp.inf
 
 
 @wp.kernel
@@ -136,12 +144,17 @@ def wrenches(
     on_finger: wp.array(dtype=wp.spatial_vector),
     response: wp.array2d(dtype=float),
     regime: wp.array(dtype=int),
+    dt_s: float,
+    stable_step_s: wp.array(dtype=float),
+    status: wp.array(dtype=int),
     wrench: wp.array2d(dtype=wp.spatial_vector),
 ):
-    """Force and moment on the finger about its site, in the world: those of the model, and the dampers."""
+    """Force and moment on the finger about its site, in the world: those of the model, and the dampers. Flags steps that are too long."""
     world, k = wp.tid()
     i = world * site.shape[0] + k
     wrench[world, k] = wp.spatial_vector()
+    if dt_s > stable_step_s[world] and regime[i] != wp.static(int(Regime.NO_CONTACT)):
+        status[i] = status[i] | wp.static(int(Status.STEP_TOO_LONG))
     # No force goes to bodies whose place is unknown.
     if regime[i] == wp.static(int(Regime.NO_CONTACT)) or is_known[i] == 0:
         return
@@ -280,6 +293,8 @@ class Callback:
         self._wrench = wp.zeros((self.worlds, len(sites)), dtype=wp.spatial_vector, device=self.device)
         #: What the contacts answered in the last pass: contact k of world w is number w * contacts + k.
         self.response = self._frames.response
+        self._mj_model = mj_model
+        self._stable_step = wp.full(self.worlds, np.inf, dtype=float, device=self.device)
         self._before = m.callback.passive
         m.callback.passive = self
 
@@ -313,9 +328,9 @@ class Callback:
             inputs=[
                 self._site, self._geom, self._site_body, self._geom_body, m.body_rootid, d.subtree_com, d.cvel, d.site_xpos, d.site_xmat,
                 d.geom_xmat, self._damping, frames.pad, self._radii, frames.motion["depth_mm"], frames.stands, frames.is_known,
-                frames.on_finger, self.response.values, self.response.regime,
+                frames.on_finger, self.response.values, self.response.regime, self._dt_s, self._stable_step,
             ],
-            outputs=[self._wrench],
+            outputs=[self.response.status, self._wrench],
             device=self.device,
         )  # fmt: skip
         wp.launch(
@@ -328,6 +343,22 @@ class Callback:
             outputs=[d.qfrc_passive],
             device=self.device,
         )  # fmt: skip
+
+    def reset(self, worlds: Any = None) -> None:
+        """Contacts of these worlds start without memory: a Warp array of bool, one per world; all without it. For resets that leave the time as it is."""
+        wp.launch(forget, dim=self._frames.count, inputs=[worlds, len(self.contacts), self._trial_time], device=self.device)
+
+    def stable_step(self, m: Any, d: Any) -> np.ndarray[Any, Any]:
+        """The largest stable time step of each world, s, for the contacts that touch; infinite without.
+
+        Light objects are lost at longer steps. Contacts of worlds whose step is longer have the flag `STEP_TOO_LONG` from then on, until the next call.
+        Each degree of freedom is moved a little, in all worlds at once: call it when the fingers hold, not in every step. Not within a CUDA graph.
+        """
+        from fingerpad_warp._stability import stable_step_s
+
+        steps = stable_step_s(self, self._mj_model, m, d)
+        self._stable_step.assign(steps.astype(np.float32))
+        return steps
 
     def read(self) -> np.ndarray[Any, Any]:
         """What the contacts answered in the last pass, a structured array of shape (worlds, contacts)."""

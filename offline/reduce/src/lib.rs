@@ -4,7 +4,7 @@
 //! [`Run`]. [`reduce`] fits the model's parameters to the runs that are not held out, replays every run through the
 //! package `fingerpad` itself, and returns a [`Reduced`] model with its error band, [`Scores`] and the bytes of its
 //! model file. [`simulate_path`] runs a finished model along any path, [`export`] writes it as source text, [`LimitSurface`] holds
-//! its friction in full slip, [`MujocoContact`] the contact of an engine's own nearest to a pad, [`retuned_bed`] and [`retuned_pad`] make the model file of another finger.
+//! its friction in full slip, [`MujocoContact`], [`NewtonContact`] and [`DrakeContact`] the contact of an engine's own nearest to a pad, [`retuned_bed`] and [`retuned_pad`] make the model file of another finger.
 //! May use: the packages fe (paths, responses, settings), least-squares and `fingerpad`.
 
 mod agreement;
@@ -40,7 +40,7 @@ pub use design::{
     Batch, DesignSettings, Experiment, Kind, PathNumbers, Tip, batches, design, halton, is_representable, outline,
     share,
 };
-pub use engine_contact::{EngineContactError, MujocoContact};
+pub use engine_contact::{DrakeContact, EngineContactError, MujocoContact, NewtonContact};
 pub use error::ReduceError;
 pub use export::{Format, export};
 pub use fit::{Fitted, Settings, fit};
