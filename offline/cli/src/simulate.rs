@@ -10,7 +10,7 @@ use anyhow::{Context, anyhow, bail};
 use fingerpad::Relaxation;
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Checkpoint, Finger, LoadPathError, Observed, Path as PlanePath, Problem, Trajectory, follow_path, follow_path_from,
+    Checkpoint, Finger, LoadPathError, Observed, Path as PlanePath, PathEnd, Problem, RunOptions, Trajectory, follow,
     path_csv, response_csv, vtu,
 };
 use fingerpad_fe::material::relaxation;
@@ -271,17 +271,14 @@ impl Run<'_> {
             show(&bar, &progress);
             go_on()
         };
-        let result = match checkpoint_file(&self.args.out) {
-            Some(file) => {
-                // The state contains the observed quantities.
-                let key = format!("{} {:?}", self.hash, self.observed);
-                let checkpoint = Checkpoint { file: &file, period: CHECKPOINT_PERIOD, key: &key };
-                follow_path_from(&problem, self.path, &rows, checkpoint, &mut progress)
-            }
-            None => follow_path(&problem, self.path, &rows, &mut progress),
-        };
+        // The state contains the observed quantities.
+        let key = format!("{} {:?}", self.hash, self.observed);
+        let file = checkpoint_file(&self.args.out);
+        let checkpoint = file.as_deref().map(|file| Checkpoint { file, period: CHECKPOINT_PERIOD, key: &key });
+        let options = RunOptions { snapshots: &rows, checkpoint, ..RunOptions::default() };
+        let result = follow(&problem, self.path, options, &mut progress);
         bar.finish_and_clear();
-        result
+        result.map(PathEnd::into_trajectory)
     }
 
     /// Writes the result of the run, complete or not.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::problems::fingers::placed;
 use fingerpad_fe::experiment::{Config, Experiment, press, press_and_slide};
 use fingerpad_fe::load_path::{
-    Checkpoint, LoadPathError, PathEnd, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
+    Checkpoint, LoadPathError, PathEnd, Progress, RunOptions, Trajectory, follow, follow_path,
 };
 use fingerpad_fe::mesh::MeshPreset;
 
@@ -57,9 +57,11 @@ pub fn a_run_goes_on_only_from_the_beginning_of_its_path() {
     let config = config(0.4);
     let (finger, _) = config.finger().unwrap();
     let problem = config.problem(&finger);
-    let end = follow_to_end(&problem, &placed(&[[0.0; 3], [0.2, 0.0, 0.0]]), None, None, &mut go_on).unwrap();
+    let start = placed(&[[0.0; 3], [0.2, 0.0, 0.0]]);
+    let end = follow(&problem, &start, RunOptions::default(), &mut go_on).unwrap();
     let refused = |corners: &[[f64; 3]], snapshots: &[usize]| {
-        follow_path_on(&problem, &placed(corners), snapshots, &end, None, &mut go_on).unwrap_err().to_string()
+        let options = RunOptions { snapshots, from: Some(&end), ..RunOptions::default() };
+        follow(&problem, &placed(corners), options, &mut go_on).map(drop).unwrap_err().to_string()
     };
     let other = refused(&[[0.0; 3], [0.3, 0.0, 0.0], [0.3, 0.1, 0.0]], &[]);
     assert!(other.contains("is not the beginning of this path"), "{other}");

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use fingerpad_fe::contact::{FrictionLaw, NodeState, RubberFriction};
 use fingerpad_fe::experiment::Config;
 use fingerpad_fe::load_path::{
-    Drive, LoadPathError, LoadSettings, Path, PathEnd, Problem, Turn, Turns, Waypoint, follow_to_end,
+    self, Drive, LoadPathError, LoadSettings, Path, PathEnd, Problem, RunOptions, Turn, Turns, Waypoint,
 };
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_fe::solve::State;
@@ -125,7 +125,8 @@ fn slide_at(depth_mm: f64, direction: &Vector3<f64>, ways_mm: &[f64]) -> Path {
 }
 
 fn follow(problem: &Problem, path: &Path, from: Option<&PathEnd>) -> Result<PathEnd, LoadPathError> {
-    follow_to_end(problem, path, from, None, &mut |_| ControlFlow::Continue(()))
+    let options = RunOptions { from, ..RunOptions::default() };
+    load_path::follow(problem, path, options, &mut |_| ControlFlow::Continue(()))
 }
 
 fn load(state: &State) -> Vector3<f64> {

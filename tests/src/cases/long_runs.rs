@@ -6,8 +6,8 @@ use std::time::Duration;
 use crate::problems::fingers::{finger, path, placed, problem};
 use fingerpad_fe::experiment::{Config, Experiment, press_to};
 use fingerpad_fe::load_path::{
-    BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Obstacle, Path, Problem, Tissue, Trajectory, Turn,
-    Turns, follow_path, follow_path_from,
+    BoneKind, Checkpoint, Clearance, Drive, Finger, LoadPathError, Obstacle, Path, Problem, RunOptions, Tissue,
+    Trajectory, Turn, Turns, follow, follow_path,
 };
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
 
@@ -31,12 +31,13 @@ fn in_pieces(problem: &Problem, path: &Path, file: &std::path::Path, calls: usiz
     let checkpoint = Checkpoint { file, period: Duration::from_secs(1), key: "settings" };
     for stops in 0..500 {
         let mut left = calls;
-        let result = follow_path_from(problem, path, &[1, 2], checkpoint, &mut |_| {
+        let options = RunOptions { snapshots: &[1, 2], checkpoint: Some(checkpoint), ..RunOptions::default() };
+        let result = follow(problem, path, options, &mut |_| {
             left -= 1;
             if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         match result {
-            Ok(trajectory) => return (trajectory, stops),
+            Ok(end) => return (end.into_trajectory(), stops),
             Err(LoadPathError::Interrupted { .. }) => {}
             Err(error) => panic!("{error}"),
         }
@@ -77,21 +78,22 @@ pub fn a_checkpoint_of_another_run_is_not_used() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.checkpoint");
     let path = placed(&[[0.0; 3], [0.4, 0.0, 0.0]]);
-    let follow = |key, stop_at: u32| {
+    let until = |key, stop_at: u32| {
         let checkpoint = Checkpoint { file: &file, period: Duration::ZERO, key };
         let mut least = u32::MAX;
-        let result = follow_path_from(&problem, &path, &[], checkpoint, &mut |progress| {
+        let options = RunOptions { checkpoint: Some(checkpoint), ..RunOptions::default() };
+        let result = follow(&problem, &path, options, &mut |progress| {
             least = least.min(progress.cost.increments);
             if progress.cost.increments >= stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         (result.is_ok(), least)
     };
-    assert_eq!(follow("a", 3), (false, 0));
+    assert_eq!(until("a", 3), (false, 0));
     assert!(file.exists());
-    assert_eq!(follow("b", 1), (false, 0));
-    assert_eq!(follow("b", 2), (false, 1));
+    assert_eq!(until("b", 1), (false, 0));
+    assert_eq!(until("b", 2), (false, 1));
     std::fs::write(&file, b"cut off").unwrap();
-    assert_eq!(follow("b", 99), (true, 0));
+    assert_eq!(until("b", 99), (true, 0));
 }
 
 pub fn progress_is_reported_and_an_interruption_acts_within_an_increment() {

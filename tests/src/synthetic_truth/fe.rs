@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, Waypoint, follow_path_with_law};
+use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, RunOptions, Waypoint, follow};
 
 use super::effects::Effect;
 use super::laboratory::Scatter;
@@ -61,7 +61,8 @@ pub fn readings(
         })
         .collect();
     let path = Path::new([Drive::Displacement; 3], waypoints);
-    let responses = follow_path_with_law(problem, &path, &law_at, &mut |_| ControlFlow::Continue(()))?.responses;
+    let options = RunOptions { law_at: Some(&law_at), ..RunOptions::default() };
+    let responses = follow(problem, &path, options, &mut |_| ControlFlow::Continue(()))?.into_trajectory().responses;
     Ok(rows
         .iter()
         .map(|m| {

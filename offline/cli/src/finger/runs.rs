@@ -9,9 +9,7 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{
-    self, Finger, LoadPathError, PathEnd, Problem, Progress, Trajectory, follow_path, follow_path_on, follow_to_end,
-};
+use fingerpad_fe::load_path::{self, Finger, LoadPathError, PathEnd, Problem, Progress, RunOptions, Trajectory};
 use fingerpad_formats::{atomic_write, in_threads};
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::{self as reduce, Batch, DesignSettings, Experiment, Run, Sample};
@@ -210,7 +208,7 @@ fn problem<'a>(config: &Config, finger: &'a Finger, batch: &Batch) -> Problem<'a
 fn follow_beginning(problem: &Problem, batch: &Batch, bars: &Bars) -> Result<Option<PathEnd>, Failure> {
     let Some(path) = batch.beginning() else { return Ok(None) };
     let bar = bars.add(bar(format!("{} and more", batch.experiments[0].name)));
-    let end = follow_to_end(problem, &path, None, None, &mut |progress| {
+    let end = load_path::follow(problem, &path, RunOptions::default(), &mut |progress| {
         show(&bar, &progress);
         go_on()
     });
@@ -258,10 +256,8 @@ pub(super) fn follow(
         is_hopeless = progress.cost.iterations > most;
         if is_hopeless { ControlFlow::Break(()) } else { go_on() }
     };
-    let result = match beginning {
-        Some(end) => follow_path_on(problem, path, snapshots, end, None, &mut progress),
-        None => follow_path(problem, path, snapshots, &mut progress),
-    };
+    let options = RunOptions { snapshots, from: beginning, ..RunOptions::default() };
+    let result = load_path::follow(problem, path, options, &mut progress).map(PathEnd::into_trajectory);
     bar.finish_and_clear();
     let left_pad = matches!(result, Err(LoadPathError::BesidePad { .. }));
     let (trajectory, ended_early) = match result {

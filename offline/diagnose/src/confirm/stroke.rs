@@ -3,9 +3,7 @@
 use std::ops::ControlFlow;
 
 use fingerpad_fe::contact::RubberFriction;
-use fingerpad_fe::load_path::{
-    Drive, LoadPathError, Path, Problem, Progress, Response, Waypoint, follow_path_with_law,
-};
+use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, Progress, Response, RunOptions, Waypoint, follow};
 
 use crate::confirm::scale::{FingerScale, Refit};
 use crate::data::runs::Run;
@@ -112,9 +110,11 @@ impl<'a> FeStroke<'a> {
         problem: &Problem<'_>,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Option<Vec<FeRow>>, LoadPathError> {
-        match follow_path_with_law(problem, &self.path, &|t_s| self.law_at(t_s), progress) {
-            Ok(trajectory) => {
-                let at = |t_s: f64| trajectory.responses.iter().rfind(|r| r.t_s == t_s).map(FeRow::from);
+        let law_at = |t_s: f64| self.law_at(t_s);
+        let options = RunOptions { law_at: Some(&law_at), ..RunOptions::default() };
+        match follow(problem, &self.path, options, progress) {
+            Ok(end) => {
+                let at = |t_s: f64| end.responses().iter().rfind(|r| r.t_s == t_s).map(FeRow::from);
                 Ok(self.path.waypoints[self.first_row..].iter().map(|w| at(w.t_s)).collect())
             }
             Err(LoadPathError::NoEquilibrium { .. }) => Ok(None),

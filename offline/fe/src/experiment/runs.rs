@@ -2,8 +2,8 @@
 
 use super::{Config, Experiment};
 use crate::load_path::{
-    Checkpoint, Drive, Finger, LoadPathError, OnProgress, Path, PathEnd, PressLimit, Trajectory, Waypoint, follow_path,
-    follow_path_from, follow_path_on, follow_to_end, press_limits,
+    Checkpoint, Drive, Finger, LoadPathError, OnProgress, Path, PathEnd, PressLimit, RunOptions, Trajectory, Waypoint,
+    follow, press_limits,
 };
 
 /// Slides at which fields are kept, mm, if the slide is as long.
@@ -23,7 +23,8 @@ pub fn press(
     progress: OnProgress,
 ) -> Result<PathEnd, LoadPathError> {
     let path = Path::new([Drive::Displacement; 3], press_waypoints(&config.experiment, depth_mm));
-    follow_to_end(&config.problem(finger), &path, from, checkpoint, progress)
+    let options = RunOptions { from, checkpoint, ..RunOptions::default() };
+    follow(&config.problem(finger), &path, options, progress)
 }
 
 /// Presses to `depth_mm` as [`press`] does, then slides from proximal to distal; fields at five slides. `from` is the
@@ -55,11 +56,8 @@ pub fn press_and_slide(
     let snapshots: Vec<usize> = (pressed..waypoints.len()).collect();
     let path = Path::new([Drive::Displacement; 3], waypoints);
     let problem = config.problem(finger);
-    match (from, checkpoint) {
-        (Some(from), checkpoint) => follow_path_on(&problem, &path, &snapshots, from, checkpoint, progress),
-        (None, Some(checkpoint)) => follow_path_from(&problem, &path, &snapshots, checkpoint, progress),
-        (None, None) => follow_path(&problem, &path, &snapshots, progress),
-    }
+    let options = RunOptions { snapshots: &snapshots, from, checkpoint, ..RunOptions::default() };
+    follow(&problem, &path, options, progress).map(PathEnd::into_trajectory)
 }
 
 /// Corners of a press to `depth_mm` through the lesser depths of the experiment.

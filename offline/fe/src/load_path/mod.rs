@@ -35,12 +35,12 @@ pub use beside_pad::{BESIDE_PAD_MM, below_beside_pad_mm};
 pub use checkpoint::Checkpoint;
 pub use clearance::{Clearance, Obstacle};
 pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg, outline};
-pub use follow::{follow_path, follow_path_from, follow_path_with_law, press_limits};
+pub use follow::{follow_path, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
 pub use observed::{Observed, Probe, ProbeError, ProbeReading, Reaction, Reading, SUPPORTS, papillae, probes};
 pub use path::{Drive, Path, Turn, Turns, Waypoint};
-pub use path_end::{PathEnd, follow_path_on, follow_to_end};
+pub use path_end::{PathEnd, RunOptions, follow};
 pub use settings::{LoadPathError, LoadSettings, OnProgress, Problem, Progress};
 pub use stepping::{FailedStep, LoadSteps, Standing, StepRule, load_along};
 

@@ -1,8 +1,9 @@
-//! The end of a run, for others to go on from: a press is made once for all slides that follow it.
+//! A run along a path, and its end, for others to go on from: a press is made once for all slides that follow it.
 
 use super::run::{Run, RunState};
 use super::settings::LoadPathError;
-use super::{Checkpoint, Cost, OnProgress, Path, Problem, Response, Trajectory};
+use super::{Checkpoint, Cost, OnProgress, Path, PressLimit, Problem, Response, Trajectory};
+use crate::contact::RubberFriction;
 use crate::solve::{FactorRecord, SolveError, State};
 
 /// State of a run at the end of its path, with all its records.
@@ -29,62 +30,59 @@ impl PathEnd {
         &self.run.trajectory.responses
     }
 
+    /// All records of the run.
+    pub fn into_trajectory(self) -> Trajectory {
+        self.run.trajectory
+    }
+
+    /// The integrals of [`RunOptions::limit_law`].
+    pub fn into_limits(self) -> Vec<PressLimit> {
+        self.run.limits
+    }
+
     /// Body and contact there; those of the half if the run was of the half of a symmetric finger.
     pub fn state(&self) -> &State {
         &self.run.state
     }
 }
 
-/// Follows `path` to its end, on from `from` if its path is the beginning of this one.
+/// What a run does besides following its path.
+#[derive(Clone, Copy, Default)]
+pub struct RunOptions<'a> {
+    /// Rows at which the field is kept; from the last row of `from` on.
+    pub snapshots: &'a [usize],
+    /// End of an earlier run in the same problem, whose path is the beginning of this one: the run goes on from there.
+    pub from: Option<&'a PathEnd>,
+    /// Saves the state of the run, which resumes from it.
+    pub checkpoint: Option<Checkpoint<'a>>,
+    /// Friction law of a time, s, if it changes along the path; friction then acts from first contact on.
+    pub law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
+    /// A law whose integral over the pressure is taken at every row.
+    pub limit_law: Option<&'a RubberFriction>,
+}
+
+/// Follows `path` to its end.
+///
+/// `progress` is called after every increment and many times within one, and may break.
 ///
 /// # Errors
-/// As [`super::follow_path_from`]; [`LoadPathError::Path`] if this path does not begin as that of `from`.
-pub fn follow_to_end(
+/// [`LoadPathError`], with the rows up to there; [`LoadPathError::Path`] if the path of `options.from` is not its beginning;
+/// [`LoadPathError::Checkpoint`] if the state cannot be saved.
+pub fn follow(
     problem: &Problem,
     path: &Path,
-    from: Option<&PathEnd>,
-    checkpoint: Option<Checkpoint>,
+    options: RunOptions,
     progress: OnProgress,
 ) -> Result<PathEnd, LoadPathError> {
-    let run = begin(problem, path, &[], from, checkpoint, progress)?;
-    let is_half = run.model.half.is_some();
-    let (mut run, factor) = run.follow_to_end()?;
-    run.row -= 1;
-    Ok(PathEnd { path: path.clone(), is_half, run, factor })
-}
-
-/// Follows `path` on from `from`, whose path is the beginning of this one, in the same problem. Snapshots as in
-/// [`super::follow_path`], from the row at which `from` ends.
-///
-/// # Errors
-/// As [`follow_to_end`].
-pub fn follow_path_on(
-    problem: &Problem,
-    path: &Path,
-    snapshots: &[usize],
-    from: &PathEnd,
-    checkpoint: Option<Checkpoint>,
-    progress: OnProgress,
-) -> Result<Trajectory, LoadPathError> {
-    Ok(begin(problem, path, snapshots, Some(from), checkpoint, progress)?.follow()?.0)
-}
-
-/// A run at the state of its checkpoint, else at `from`, else at the start of the path.
-fn begin<'a, 'p>(
-    problem: &'a Problem<'a>,
-    path: &'a Path,
-    snapshots: &'a [usize],
-    from: Option<&PathEnd>,
-    checkpoint: Option<Checkpoint<'a>>,
-    progress: OnProgress<'p>,
-) -> Result<Run<'a, 'p>, LoadPathError> {
-    let mut run = Run::new(problem, path, snapshots, progress)?;
-    if let Some(checkpoint) = checkpoint {
+    let mut run = Run::new(problem, path, &options, progress)?;
+    if let Some(checkpoint) = options.checkpoint {
         run.keep(checkpoint)?;
     }
-    if let Some(from) = from.filter(|_| run.is_at_start()) {
+    if let Some(from) = options.from.filter(|_| run.is_at_start()) {
         check(&run, from)?;
-        match run.resume(from.run.clone(), &from.factor) {
+        let mut start = from.run.clone();
+        start.trajectory.snapshots.clear();
+        match run.resume(start, &from.factor) {
             Ok(()) => run.end_row(),
             Err(SolveError::Interrupted) => {
                 return Err(LoadPathError::Interrupted { reached: Box::new(from.run.trajectory.clone()) });
@@ -94,7 +92,10 @@ fn begin<'a, 'p>(
             }
         }
     }
-    Ok(run)
+    let is_half = run.model.half.is_some();
+    let (mut run, factor) = run.follow()?;
+    run.row -= 1;
+    Ok(PathEnd { path: path.clone(), is_half, run, factor })
 }
 
 fn check(run: &Run, from: &PathEnd) -> Result<(), LoadPathError> {

@@ -14,6 +14,7 @@ use self::segment::{Point, check};
 use super::checkpoint::{Checkpoint, Saves};
 use super::driven;
 use super::friction_limit::{self, FrictionLimit};
+use super::path_end::RunOptions;
 use super::response::{response, snapshot};
 use super::settings::{LoadPathError, OnProgress, Problem, Progress};
 use super::steady_slip::continues_straight;
@@ -60,7 +61,7 @@ pub(super) struct RunState {
     /// Flags of the next response.
     status: Status,
     pub trajectory: Trajectory,
-    limits: Vec<PressLimit>,
+    pub limits: Vec<PressLimit>,
     /// Memory of tissue that relaxes.
     tissue: Option<TissueMemory>,
 }
@@ -73,9 +74,9 @@ pub(super) struct Run<'a, 'p> {
     /// Rows at which the field is kept.
     pub snapshots: &'a [usize],
     /// The friction law of a time, if it changes along the path.
-    pub law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
+    law_at: Option<&'a dyn Fn(f64) -> RubberFriction>,
     /// A law whose integral over the pressure is taken at every row.
-    pub limit_law: Option<&'a RubberFriction>,
+    limit_law: Option<&'a RubberFriction>,
     solver: Solver<'a>,
     run: RunState,
     saves: Option<Saves<'a>>,
@@ -92,7 +93,7 @@ impl<'a, 'p> Run<'a, 'p> {
     pub fn new(
         problem: &'a Problem<'a>,
         path: &'a Path,
-        snapshots: &'a [usize],
+        options: &RunOptions<'a>,
         progress: OnProgress<'p>,
     ) -> Result<Self, LoadPathError> {
         check(path)?;
@@ -113,9 +114,9 @@ impl<'a, 'p> Run<'a, 'p> {
             problem,
             model,
             path,
-            snapshots,
-            law_at: None,
-            limit_law: None,
+            snapshots: options.snapshots,
+            law_at: options.law_at,
+            limit_law: options.limit_law,
             solver,
             run: RunState {
                 row: 0,
@@ -179,13 +180,8 @@ impl<'a, 'p> Run<'a, 'p> {
         self.run.trajectory.responses.is_empty()
     }
 
-    /// Follows the path to its end; returns the records and the integrals of the limit law.
-    pub fn follow(self) -> Result<(Trajectory, Vec<PressLimit>), LoadPathError> {
-        self.follow_to_end().map(|(run, _)| (run.trajectory, run.limits))
-    }
-
     /// Follows the path to its end; returns the state of the run and the record of its factor.
-    pub fn follow_to_end(mut self) -> Result<(RunState, FactorRecord), LoadPathError> {
+    pub fn follow(mut self) -> Result<(RunState, FactorRecord), LoadPathError> {
         let result = self.follow_rows();
         if !matches!(result, Err(LoadPathError::Interrupted { .. }))
             && let Some(saves) = &self.saves
