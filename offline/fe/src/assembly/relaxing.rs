@@ -57,6 +57,7 @@ impl Memory {
 pub struct TissueStep {
     stiffness: f64,
     back: Vec<Lanes>,
+    stiffening: f64,
 }
 
 impl TissueMemory {
@@ -73,26 +74,34 @@ impl TissueMemory {
 
     /// The stress of a step of `dt_s` (>= 0).
     pub fn step(&self, dt_s: f64) -> TissueStep {
-        let mut step = TissueStep { stiffness: 1.0, back: vec![[[0.0; 8]; 6]; self.relaxed.len()] };
-        for branch in &self.branches {
-            let [kept, share] = branch.factors(dt_s);
-            step.stiffness += share;
-            for ((back, relaxed), q) in step.back.iter_mut().zip(&self.relaxed).zip(&branch.overstress) {
-                for (back, (relaxed, q)) in back.as_flattened_mut().iter_mut().zip(both(relaxed, q)) {
-                    *back += share * relaxed - kept * q;
-                }
-            }
-        }
-        step
+        let of_step: Vec<[f64; 2]> = self.branches.iter().map(|branch| branch.factors(dt_s)).collect();
+        self.with(1.0 + of_step.iter().map(|[_, share]| share).sum::<f64>(), &of_step)
     }
 
     /// The present stress, as a step without motion and time.
     pub fn present(&self) -> TissueStep {
-        let mut step = TissueStep { stiffness: 1.0, back: vec![[[0.0; 8]; 6]; self.relaxed.len()] };
-        for branch in &self.branches {
-            for (back, q) in step.back.iter_mut().zip(&branch.overstress) {
-                back.as_flattened_mut().iter_mut().zip(q.as_flattened()).for_each(|(back, q)| *back -= q);
+        self.with(1.0, &vec![[1.0, 0.0]; self.branches.len()])
+    }
+
+    /// The stress of a step with these [`Memory::factors`] of the branches.
+    fn with(&self, stiffness: f64, of_step: &[[f64; 2]]) -> TissueStep {
+        let mut step = TissueStep { stiffness, back: vec![[[0.0; 8]; 6]; self.relaxed.len()], stiffening: stiffness };
+        let [mut stress, mut relaxed_stress] = [0.0; 2];
+        for (point, (back, relaxed)) in step.back.iter_mut().zip(&self.relaxed).enumerate() {
+            let mut now = *relaxed;
+            for (branch, [kept, share]) in self.branches.iter().zip(of_step) {
+                let lanes = back.as_flattened_mut().iter_mut().zip(now.as_flattened_mut());
+                for ((back, now), (relaxed, q)) in lanes.zip(both(relaxed, &branch.overstress[point])) {
+                    *back += share * relaxed - kept * q;
+                    *now += kept * q;
+                }
             }
+            let norm = |lanes: &Lanes| lanes.as_flattened().iter().map(|s| s * s).sum::<f64>();
+            stress += norm(&now);
+            relaxed_stress += norm(relaxed);
+        }
+        if relaxed_stress > 0.0 {
+            step.stiffening = (stress / relaxed_stress).sqrt();
         }
         step
     }
@@ -150,6 +159,12 @@ pub(super) struct PointSteps<'a> {
 }
 
 impl TissueStep {
+    /// Stress at the start of the step, after its time without motion, over that of relaxed tissue: root mean squares over the soft
+    /// regions. Of tissue without stress, that of the step's motion.
+    pub fn stiffening(&self) -> f64 {
+        self.stiffening
+    }
+
     /// Of the `count` points from `first` on.
     pub(super) fn of(&self, first: usize, count: usize) -> PointSteps<'_> {
         PointSteps { stiffness: self.stiffness, back: &self.back[first..first + count] }

@@ -174,14 +174,14 @@ impl Surface {
     /// The field whose zero contour is the edge of the contact, MPa.
     pub(super) fn contact_level(&self, spots: &[Spot], force: &[f64]) -> Vec<f64> {
         let level = |n: usize| {
-            if force[n] > 0.0 { force[n] / self.reference_area[n] } else { -self.per_gap[n] * spots[n].gap_mm.max(0.0) }
+            if force[n] > 0.0 { force[n] / self.reference_area[n] } else { -self.per_gap(n) * spots[n].gap_mm.max(0.0) }
         };
         (0..spots.len()).map(level).collect()
     }
 
     /// Derivative of a node's level over its gap, MPa/mm.
     fn level_slope(&self, node: usize, level: f64) -> f64 {
-        if level > 0.0 { -self.penalty } else { -self.per_gap[node] }
+        if level > 0.0 { -self.penalty } else { -self.per_gap(node) }
     }
 
     /// Area of each face in which a field at the nodes is positive, mm².

@@ -87,8 +87,10 @@ pub struct Surface {
     pub reach: Reach,
     /// Part of the reference surface of each surface node, mm².
     pub(super) reference_area: Vec<f64>,
-    /// Negative pressure per gap, MPa/mm.
-    pub(super) per_gap: Vec<f64>,
+    /// Negative pressure per gap of relaxed tissue, MPa/mm.
+    per_gap: Vec<f64>,
+    /// Stress of the tissue over that of relaxed tissue in the same place.
+    stiffening: f64,
     pub(super) penalty: f64,
     line_elements: Vec<LineElement>,
 }
@@ -203,6 +205,7 @@ impl Surface {
             reach: Reach::of_plane(Outline::of_points(undeformed, pad.undeformed)),
             reference_area,
             per_gap,
+            stiffening: 1.0,
             penalty: settings.penalty_mpa_per_mm,
         }
     }
@@ -232,6 +235,16 @@ impl Surface {
     /// Half the side of a square of the surface's area, mm: a length for moments.
     pub fn size_mm(&self) -> f64 {
         0.5 * self.reference_area.iter().sum::<f64>().sqrt()
+    }
+
+    /// Sets the stress of the tissue over that of relaxed tissue in the same place.
+    pub fn set_stiffening(&mut self, stiffening: f64) {
+        self.stiffening = stiffening;
+    }
+
+    /// Negative pressure of an open node per gap, MPa/mm.
+    pub(super) fn per_gap(&self, node: usize) -> f64 {
+        self.stiffening * self.per_gap[node]
     }
 
     /// The frame of a place of the plane.
@@ -447,7 +460,7 @@ impl Surface {
                 let stick_share = if node.stuck { 1.0 } else { 1.0 - node.slip_since_stick_mm / stick_limit_mm };
                 // Without elastic slip there is no stick_share part: NaN.
                 if !(stick_share > 0.0) {
-                    return -SHEAR_EDGE * self.per_gap[k] * (node.slip_since_stick_mm - stick_limit_mm);
+                    return -SHEAR_EDGE * self.per_gap(k) * (node.slip_since_stick_mm - stick_limit_mm);
                 }
                 stick_share
                     * (law.strength(node.pressure_mpa()).0 * reserve(law, node, self.axis(law, k, &spots).as_ref()))

@@ -166,6 +166,7 @@ impl<'a> Solver<'a> {
 
     /// Sets the stress of the tissue in later increments.
     pub fn set_tissue(&mut self, step: Option<TissueStep>) {
+        self.surface.set_stiffening(step.as_ref().map_or(1.0, TissueStep::stiffening));
         self.tissue = step;
     }
 
@@ -217,7 +218,7 @@ impl<'a> Solver<'a> {
         self.factor.set_precision(record.precision);
         if let Some(FactorOrigin { configuration, last, plane, tissue }) = &record.origin {
             let mut stats = Stats::default();
-            self.tissue = tissue.clone();
+            self.set_tissue(tissue.clone());
             self.refresh(configuration, last, plane, None, &mut stats, watch)?;
             if record.compliant_from < self.factor.compliant_from() {
                 self.factor.make_compliance_from(record.compliant_from);
