@@ -6,8 +6,9 @@ use anyhow::bail;
 use fingerpad::Status;
 use fingerpad_fe::contact::RigidBody;
 use fingerpad_fe::experiment::{BodyKind, Config, RigidBodySettings};
-use fingerpad_fe::load_path::{Finger, Path as FingerPath, Response};
-use fingerpad_fe::mesh::Mesh;
+use fingerpad_fe::load_path::{Finger, MeshError, Path as FingerPath, Response, face_mm};
+
+use super::outputs;
 
 /// The rigid body that the finger touches.
 #[derive(clap::Args)]
@@ -69,17 +70,6 @@ impl BodyArgs {
 /// Radius of a body over the size of the faces that touch it below which the faces are too coarse for it.
 const LEAST_RADIUS: f64 = 2.0;
 
-/// Mean size of the faces of a mesh that may touch, mm: the root of their area. None without faces of four corners.
-fn face_mm(mesh: &Mesh) -> Option<f64> {
-    let place = |node: u32| mesh.nodes[node as usize];
-    let size = |face: &[u32; 4]| {
-        let [a, b, c, d] = face.map(place);
-        (0.5 * (c - a).cross(&(d - b)).norm()).sqrt()
-    };
-    let count = mesh.pad_faces.len();
-    (count > 0).then(|| mesh.pad_faces.iter().map(size).sum::<f64>() / count as f64)
-}
-
 /// Warns of a body that is finer than the mesh: contact is found at the nodes, so features between them are missed.
 pub fn warn_of_fine_body(finger: &Finger) {
     let (radius_mm, Some(size_mm)) = (finger.rigid_body.least_radius_mm(), face_mm(&finger.mesh)) else { return };
@@ -98,22 +88,45 @@ pub fn warn_of_fine_body(finger: &Finger) {
 
 /// Faces below which a contact is warned of.
 const FEWEST_FACES: f64 = 10.0;
-/// Error of the normal force of a contact of one face, a share; it falls with the root of their number. An envelope of presses on
-/// the plane and on balls of 5 and 10 mm by 0.03 to 1 mm, on coarse and medium against default.
-const ERROR_OF_ONE_FACE: f64 = 0.25;
 
-/// Warns of rows of the path at which the contact covers too few faces for its force and area.
-pub fn warn_of_few_faces(path: &FingerPath, finger: &Finger, responses: &[Response]) {
+/// States the errors that the mesh leaves in the last row of the path with contact, and warns of the row with the smallest if it covers
+/// too few faces for its force and area.
+pub fn tell_mesh_error(path: &FingerPath, finger: &Finger, responses: &[Response], out: &Path) {
     let Some(size_mm) = face_mm(&finger.mesh) else { return };
     let ends_row = |r: &&Response| r.contact_area_mm2 > 0.0 && path.waypoints.iter().any(|w| w.t_s == r.t_s);
-    let smallest = responses.iter().filter(ends_row).min_by(|a, b| a.contact_area_mm2.total_cmp(&b.contact_area_mm2));
-    let Some(Response { t_s, contact_area_mm2, .. }) = smallest else { return };
-    let faces = contact_area_mm2 / (size_mm * size_mm);
-    if faces < FEWEST_FACES {
-        let percent = (100.0 * ERROR_OF_ONE_FACE / faces.sqrt()).min(100.0);
+    let by_area = |a: &&Response, b: &&Response| a.contact_area_mm2.total_cmp(&b.contact_area_mm2);
+    let rows = || responses.iter().filter(ends_row);
+    let (Some(smallest), Some(last)) = (rows().min_by(by_area), rows().next_back()) else { return };
+    let faces = |r: &Response| r.contact_area_mm2 / (size_mm * size_mm);
+    let percent = |error: f64, of: f64| format!("{:.0} %", (100.0 * error / of).min(100.0));
+    let error = MeshError::of(last, size_mm);
+    let friction_n = last.friction_x_n.hypot(last.friction_y_n);
+    let friction =
+        if error.friction_n < friction_n { percent(error.friction_n, friction_n) } else { "all of it".into() };
+    outputs::say(
+        out,
+        &format!(
+            "error of the mesh at t = {} s, where the contact covers {:.0} faces, in nine of ten cases at most: normal force {}, friction \
+             {friction}, area {}, stick ratio {:.2}, centre of pressure {:.2} mm, moments {} N mm",
+            last.t_s,
+            faces(last),
+            percent(error.normal_force_n, last.normal_force_n),
+            percent(error.contact_area_mm2, last.contact_area_mm2),
+            error.stick_ratio,
+            error.centre_mm,
+            fingerpad_formats::significant(error.moment_n_mm, 2)
+        ),
+    );
+    if faces(smallest) < FEWEST_FACES {
+        let error = MeshError::of(smallest, size_mm);
         eprintln!(
-            "warning: at t = {t_s} s the contact of {contact_area_mm2:.2} mm² covers {faces:.1} faces of {size_mm:.2} mm: its normal \
-             force may be off by {percent:.0} %, its area by twice that; take a finer --mesh-preset"
+            "warning: at t = {} s the contact of {:.2} mm² covers {:.1} faces of {size_mm:.2} mm: its normal force may be off by {}, its \
+             area by {}; take a finer --mesh-preset",
+            smallest.t_s,
+            smallest.contact_area_mm2,
+            faces(smallest),
+            percent(error.normal_force_n, smallest.normal_force_n),
+            percent(error.contact_area_mm2, smallest.contact_area_mm2)
         );
     }
 }

@@ -116,6 +116,7 @@ macro_rules! for_each_case {
                 nightly regularisation "the same: regular pressure x0.1",
                 nightly loops "energy of closed paths",
                 gate scales "coarse shape E: tissue 100 times softer, 25 times stiffer; tolerance 1e-7 over a lift",
+                nightly mesh_errors "presses and slides on plane, ball and cylinder: errors by the mesh within what is printed",
             }
             paths "long paths" {
                 nightly hard_paths "coarse shape E, floating bone: turns, lifts, forces",

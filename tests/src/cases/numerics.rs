@@ -1,7 +1,8 @@
 //! Results that must not depend on numerics, and the energy balance, on the coarse shape A with fixed bone.
 
+use fingerpad_fe::contact::RigidBody;
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{BoneKind, Finger, LoadSettings, Problem, Response, Trajectory};
+use fingerpad_fe::load_path::{BoneKind, Finger, LoadSettings, MeshError, Problem, Response, Trajectory, face_mm};
 use fingerpad_fe::mesh::MeshPreset;
 
 use super::{Effort, Failure};
@@ -194,4 +195,51 @@ pub fn scales(_: Effort) -> Result<Vec<Check>, Failure> {
         checks.push(Check::at_most(format!("forces, tolerance {tolerance:e}"), apart(&tight, 1.0), 2e-5));
     }
     Ok(checks)
+}
+
+/// Errors of responses by their mesh against the bounds that are printed: medium against default on the plane, coarse against medium on
+/// bodies. In nine of ten cases they hold, and half of the time they are at most four times too large.
+pub fn mesh_errors(_: Effort) -> Result<Vec<Check>, Failure> {
+    let corners = [[0.0; 3], [0.3, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 3.0, 0.0], [1.0, 3.0, 1.0]];
+    let (plane, coarse, medium, default) =
+        (RigidBody::Plane, MeshPreset::Coarse, MeshPreset::Medium, MeshPreset::Default);
+    let mut parts = Vec::new();
+    for (rigid_body, preset, finer) in [
+        (plane.clone(), coarse, default),
+        (plane, medium, default),
+        (RigidBody::Sphere { radius_mm: 10.0 }, coarse, medium),
+        (RigidBody::Cylinder { radius_mm: 8.0, axis_deg: 30.0 }, coarse, medium),
+    ] {
+        let run = |preset| -> Result<(Trajectory, Option<f64>), Failure> {
+            let mut finger = Config { mesh_preset: preset, ..Config::default() }.finger()?.0;
+            finger.rigid_body = rigid_body.clone();
+            let size_mm = face_mm(&finger.mesh);
+            Ok((follow(&Config::default().problem(&finger), &placed(&corners))?, size_mm))
+        };
+        let ((run, size_mm), (finer, _)) = (run(preset)?, run(finer)?);
+        for k in 1..corners.len() {
+            let (a, b) = (at_corner(&run, k), at_corner(&finer, k));
+            let bound = MeshError::of(a, size_mm.ok_or("faces of four corners")?);
+            let friction = |r: &Response| [r.friction_x_n, r.friction_y_n];
+            let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+            let [mx, my, mz] = [0, 1, 2].map(|i| a.moment_n_mm[i] - b.moment_n_mm[i]);
+            parts.extend([
+                (a.normal_force_n - b.normal_force_n).abs() / bound.normal_force_n,
+                apart(friction(a), friction(b)) / bound.friction_n,
+                (a.contact_area_mm2 - b.contact_area_mm2).abs() / bound.contact_area_mm2,
+                apart(a.centre_of_pressure_mm, b.centre_of_pressure_mm) / bound.centre_mm,
+                mx.hypot(my) / bound.moment_n_mm,
+            ]);
+            if k > 2 {
+                parts.extend([(a.stick_ratio - b.stick_ratio).abs() / bound.stick_ratio, mz.abs() / bound.moment_n_mm]);
+            }
+        }
+    }
+    parts.sort_by(f64::total_cmp);
+    let beyond = parts.iter().filter(|part| **part > 1.0).count() as f64;
+    Ok(vec![
+        Check::reported("errors compared", parts.len() as f64),
+        Check::at_most("share of errors beyond their bound", beyond / parts.len() as f64, 0.1),
+        Check::at_least("median of the errors over their bound", parts[parts.len() / 2], 0.25),
+    ])
 }

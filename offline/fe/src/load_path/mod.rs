@@ -13,6 +13,7 @@ mod follow;
 mod friction_limit;
 mod half;
 mod limit_point;
+mod mesh_error;
 mod observed;
 mod path;
 pub mod path_csv;
@@ -38,6 +39,7 @@ pub use finger::{Bone, BoneKind, Finger, Numerics, Tissue, neutral_pitch_deg, ou
 pub use follow::{follow_path, press_limits};
 pub use half::{HalfFinger, Model, Symmetry};
 pub use limit_point::{LimitPointRule, Passage, pass_limit_point};
+pub use mesh_error::{MeshError, face_mm};
 pub use observed::{Observed, Probe, ProbeError, ProbeReading, Reaction, Reading, SUPPORTS, papillae, probes};
 pub use path::{Drive, Path, Turn, Turns, Waypoint};
 pub use path_end::{PathEnd, RunOptions, follow};
