@@ -21,8 +21,8 @@ const LEAST_STEP_ERROR: f64 = 1e-4;
 /// Growth of |h| above which a search has diverged.
 const LOST: f64 = 1e6;
 
-/// Penetration of a node that starts to touch, mm.
-const FIRST_TOUCH_MM: f64 = 1e-9;
+/// Largest penetration of a node that starts to touch, mm.
+const FIRST_TOUCH_MM: f64 = 1e-7;
 
 /// Constants during the iterations.
 #[derive(Clone, Copy)]
@@ -238,13 +238,16 @@ impl ContactSubproblem<'_> {
         Ok(Solution { x, plane, force, iterations, norm })
     }
 
-    /// The displacements `x` after a step from `before`, with nodes moved along the body's normal so that normal forces change
-    /// as they do to first order.
+    /// The displacements `x` after a step from `before`, on a curved body with nodes moved along its normal so that normal forces
+    /// change as they do to first order.
     ///
     /// A micrometre of penetration has more force than the whole contact. A node that touches keeps the gap of the
-    /// linear step where the body curves away from it or towards it, and a node that starts to touch does so without force.
+    /// linear step where the body curves away from it or towards it, and a node that starts to touch does so with next to none.
     fn settled(&self, before: &Trial, mut x: Vec<f64>, plane: &Plane) -> Vec<f64> {
         let body = self.surface.body();
+        if body.is_plane() {
+            return x;
+        }
         let (frame_before, frame) = (self.surface.frame(&before.plane), self.surface.frame(plane));
         let positions = self.positions(&x);
         for (node, slots) in self.slots.iter().enumerate() {
@@ -256,7 +259,7 @@ impl ContactSubproblem<'_> {
             let gap_mm = if left.gap_mm < touch_mm {
                 left.gap_mm + left.normal.dot(&(to - from))
             } else if reached.gap_mm < touch_mm {
-                touch_mm - FIRST_TOUCH_MM
+                reached.gap_mm.max(touch_mm - FIRST_TOUCH_MM)
             } else {
                 continue;
             };
