@@ -475,6 +475,11 @@ impl Surface {
         (self.reference_area[node] * (last.nodes[node].multiplier - self.penalty * gap_mm)).max(0.0)
     }
 
+    /// Gap below which the body presses on a node, mm.
+    pub fn touching_gap_mm(&self, node: usize, last: &ContactState) -> f64 {
+        last.nodes[node].multiplier / self.penalty
+    }
+
     /// The node `node` at `spot` of the body; None if it does not touch.
     fn touch(
         &self,

@@ -21,6 +21,9 @@ const LEAST_STEP_ERROR: f64 = 1e-4;
 /// Growth of |h| above which a search has diverged.
 const LOST: f64 = 1e6;
 
+/// Largest penetration of a node that starts to touch, mm.
+const FIRST_TOUCH_MM: f64 = 1e-7;
+
 /// Constants during the iterations.
 #[derive(Clone, Copy)]
 pub(super) struct ContactSubproblem<'a> {
@@ -219,7 +222,7 @@ impl ContactSubproblem<'_> {
                 let x = current.x.iter().zip(&dx).map(|(x, d)| x + scale * d).collect();
                 let place = std::array::from_fn(|k| current.plane.at[k] + scale * d_plane[k]);
                 let plane = self.last.plane.moved_to(place);
-                let trial = self.trial(x, plane, force_scale, further);
+                let trial = self.trial(self.settled(&current, x, &plane), plane, force_scale, further);
                 // The predictor's step must not be shortened: its residual is that of another branch.
                 if predicted || steps == Steps::Whole || trial.norm < current.norm * (1.0 - 0.1 * scale) {
                     break trial;
@@ -233,6 +236,37 @@ impl ContactSubproblem<'_> {
         }
         let Trial { x, plane, force, norm, .. } = current;
         Ok(Solution { x, plane, force, iterations, norm })
+    }
+
+    /// The displacements `x` after a step from `before`, on a curved body with nodes moved along its normal so that normal forces
+    /// change as they do to first order.
+    ///
+    /// A micrometre of penetration has more force than the whole contact. A node that touches keeps the gap of the
+    /// linear step where the body curves away from it or towards it, and a node that starts to touch does so with next to none.
+    fn settled(&self, before: &Trial, mut x: Vec<f64>, plane: &Plane) -> Vec<f64> {
+        let body = self.surface.body();
+        if body.is_plane() {
+            return x;
+        }
+        let (frame_before, frame) = (self.surface.frame(&before.plane), self.surface.frame(plane));
+        let positions = self.positions(&x);
+        for (node, slots) in self.slots.iter().enumerate() {
+            // A node that hangs between others follows them.
+            let &[(slot, 1.0)] = slots.as_slice() else { continue };
+            let (from, to) = (frame_before.to_plane(&before.positions[node]), frame.to_plane(&positions[node]));
+            let (left, reached) = (body.spot(&from), body.spot(&to));
+            let touch_mm = self.surface.touching_gap_mm(node, self.last);
+            let gap_mm = if left.gap_mm < touch_mm {
+                left.gap_mm + left.normal.dot(&(to - from))
+            } else if reached.gap_mm < touch_mm {
+                reached.gap_mm.max(touch_mm - FIRST_TOUCH_MM)
+            } else {
+                continue;
+            };
+            let step = frame.from_plane(&reached.at_gap(gap_mm)) - positions[node];
+            self.free(slot).for_each(|k| x[slot + k] += step[k]);
+        }
+        x
     }
 
     /// Factor from an imbalance of driven forces to a displacement norm: the pad's compliance under an even load.

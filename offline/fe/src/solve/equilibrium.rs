@@ -380,9 +380,9 @@ impl Solver<'_> {
         self.surface.areas(last, &positions, &iterate.plane)
     }
 
-    /// Guess of the contact dofs: nodes in contact follow the rigid body, along it only where they stick and where the
-    /// guess of the configuration does not follow it already. On a curved body an extrapolation straight on would leave
-    /// it, or penetrate far into it.
+    /// Guess of the contact dofs: nodes in contact follow the rigid body, along it only where the guess of the configuration does
+    /// not follow it already. Nodes that slip do so too: their friction then starts from its last value, whichever way the
+    /// path turns. On a curved body an extrapolation straight on would leave it, or penetrate far into it.
     ///
     /// Returns whether anything was in contact.
     fn predict(
@@ -408,7 +408,7 @@ impl Solver<'_> {
                     continue;
                 }
                 here.point
-            } else if before.stuck && !follows_plane {
+            } else if !follows_plane {
                 last.position[node]
             } else {
                 here.at_gap(body.spot(&last.position[node]).gap_mm)
