@@ -117,7 +117,9 @@ export class Side {
     };
     this.body(ox, oy, s, body, h);
     if (touch) this.ghost(bottom, depth, h, ox, oy, s);
-    this.finger([...TOP.map(raised), ...pressed(bottom, depth, h, ends).map(([x, z]) => sheared([x, z], z - h(x)))], raised, s);
+    // Deep, the end of the back reaches the body too.
+    const back = TOP.map(place).map(([x, z]) => sheared([x, Math.max(z - depth, h(x))], z - depth));
+    this.finger([...back, ...pressed(bottom, depth, h, ends).map(([x, z]) => sheared([x, z], z - h(x)))], raised, s);
     if (touch) {
       this.contact(middle, h, ox, oy, s);
       this.forces(r, record.most, h(r.pressure_x_mm), ox, oy, s);
