@@ -38,7 +38,7 @@ Examples:
   fingerpad simulate --path path.csv --mesh-preset coarse --body cylinder --radius-mm 10 --axis-deg 90 --out pen.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --reactions held.csv --out response.csv
   fingerpad simulate --path path.csv --mesh-preset coarse --probe papillae:0.7 --probe-out strain.csv --out response.csv
-  fingerpad simulate --path path.csv --mesh-preset coarse --relaxation human-assumed --out held.csv
+  fingerpad simulate --path path.csv --mesh-preset coarse --relaxation human-assumed --out relaxing.csv
   fingerpad simulate --path path.csv --shape a --lambda 1.5 --beta 1 --out coulomb.csv --vtu fields
 
 The path has the columns t_s, depth_mm, slide_x_mm, slide_y_mm, linear between rows; normal_force_n in place of
