@@ -42,8 +42,9 @@ class Hand:
     #: Inertia of a servo's rotor at the joint. Pairs of joints that one tendon drives, here by equal angles.
     rotor_kg_m2: float = 0.0
     coupled: tuple = ()
-    #: The servos are so many times as stiff as in the package.
+    #: The servos are so many times as stiff as in the package; the thumb's pad is so many times as large as the file's.
     stiffer: float = 1.0
+    thumb_size: float = 1.0
 
     @property
     def fingers(self):
@@ -56,7 +57,7 @@ HANDS = {
         "leap_hand", "{}_ds", {"if": 0.036, "mf": 0.0, "rf": -0.036, "th": 0.0},
         dict.fromkeys(("if", "mf", "rf"), (-0.0109, -0.0485, 0.0145)) | {"th": (-0.0109, -0.0612, -0.0145)},
         (0, -1, 0), (1, 0, 0), "leap-tip-pad.fpm", (1, 0, 0, 0),
-        {"mcp_act": 1.0, "pip_act": 0.5, "dip_act": 0.4, "cmc_act": 1.5, "axl_act": 0.5}, (-0.03, -0.035, -0.14), rotor_kg_m2=0.00141,
+        {"th_mcp_act": -0.3, "mcp_act": 1.1, "pip_act": 0.3, "dip_act": 0.6, "cmc_act": 1.8, "ipl_act": 0.8}, (-0.035, -0.038, -0.14), rotor_kg_m2=0.00141,
     ),
     "allegro": Hand(
         "wonik_allegro", "{}_tip", {"ff": 0.03, "mf": 0.0, "rf": -0.03, "th": 0.0},
@@ -67,9 +68,9 @@ HANDS = {
     "shadow": Hand(
         "shadow_hand", "rh_{}distal", {"ff": 0.03, "mf": 0.01, "rf": -0.01, "lf": -0.03, "th": 0.0},
         dict.fromkeys(("ff", "mf", "rf", "lf"), (0, -0.0039, 0.0292)) | {"th": (0, -0.0046, 0.031)},
-        (0, 0, 1), (0, 1, 0), "fingertip-pad.fpm", (1, 0, 1, 0),
-        {"A_THJ5": 0.3, "A_THJ4": 1.1, "A_THJ2": 0.2, "A_THJ1": 0.3, "J3": 0.9, "J0": 0.9}, (0.35, 0.0, -0.1),
-        coupled=tuple((f"rh_{finger}J1", f"rh_{finger}J2") for finger in ("FF", "MF", "RF", "LF")), stiffer=3.0,
+        (0, 0, 1), (0, 1, 0), "fingertip-pad.fpm", (0.702, -0.088, 0.702, 0.088),
+        {"A_THJ5": 0.3, "A_THJ4": 1.1, "A_THJ2": 0.2, "A_THJ1": 0.3, "J3": 0.9, "J0": 0.9}, (0.33, 0.09, -0.1),
+        coupled=tuple((f"rh_{finger}J1", f"rh_{finger}J2") for finger in ("FF", "MF", "RF", "LF")), stiffer=3.0, thumb_size=1.25,
     ),
 }
 #: Half the width where the fingertips touch, half the length along y and half the height, m; mass, kg; geom.
@@ -86,7 +87,7 @@ STRING_N_M, STRING_N_S_M, PULL_M_S = 300, 2, 0.01
 #: An object that has come down so far between the fingertips is lost, m.
 FALL_M = 0.008
 #: Least and largest force of a finger, N; margin that the controller aims at.
-LEAST_N, MOST_N, AIM = 0.15, 1.2, 0.4
+LEAST_N, MOST_N, AIM = 0.15, 0.8, 0.4
 
 
 def palm(hand):
@@ -124,7 +125,8 @@ def palm(hand):
 def scene(hand, name, timestep=0.002):
     """The hand above a table with an object, on a slide `lift`. Returns the model."""
     _, length, height, mass, geom = OBJECTS[name]
-    plugin = scenes.extension(*(scenes.instance(f, f"hand_{f}", "object", model_file=scenes.MODELS / hand.pad) for f in hand.fingers))
+    pads = (scenes.instance(f, f"hand_{f}", "object", model_file=scenes.MODELS / hand.pad, size=hand.thumb_size if f == "th" else 1) for f in hand.fingers)
+    plugin = scenes.extension(*pads)
     rails = "".join(f'<geom name="rail{k}" type="box" size="0.02 0.003 0.02" pos="0 {0.85 * k * length} -0.02" contype="0" conaffinity="0"/>' for k in (-1, 1))
     world = mujoco.MjSpec.from_string(f"""<mujoco>
       <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="100"/>
@@ -152,6 +154,12 @@ def scene(hand, name, timestep=0.002):
     return world.compile()
 
 
+def smooth(time, begin, end):
+    """From 0 to 1 without a jump of the speed."""
+    share = np.clip((time - begin) / (end - begin), 0, 1)
+    return share**2 * (3 - 2 * share)
+
+
 class Grasp:
     """Lengths of the actuators that bring the fingertips to both sides of the object, found once, and servos that press with a force for each finger.
 
@@ -171,41 +179,40 @@ class Grasp:
         self.kp = model.actuator_gainprm[self.acts, 0]
         names = [model.actuator(i).name for i in self.acts]
         start = [next((value for end, value in hand.start.items() if name.endswith(end)), 0) for name in names]
-        self.touch, self.from_wrist = self._search(np.array([*start, *hand.object_m]), half)
-        self.open, _ = self._search(np.append(self.touch, self.from_wrist), half + OPEN_M, fixed=True)
+        self.touch, self.open, self.from_wrist = self._search(start, half)
         self.squeeze = dict.fromkeys(hand.fingers, 0.0)
 
-    def _search(self, start, half, fixed=False):
-        """Actuators' lengths, and the middle of the object from the wrist, with the sites on both faces in the neutral pose of the pads."""
-        ranges = self.model.actuator_ctrlrange[self.acts]
-        room = 1e-6 if fixed else 0.1
-        bounds = [np.append(ranges[:, k], start[-3:] + (-room, room)[k]) for k in (0, 1)]
+    def _search(self, start, half):
+        """Actuators' lengths on the object and beside it, and its middle from the wrist, with the sites at both faces in the neutral pose of the pads."""
+        n, ranges, place = len(self.acts), self.model.actuator_ctrlrange[self.acts], np.array(self.hand.object_m)
+        bounds = [np.concatenate([ranges[:, k], ranges[:, k], place + (-0.1, 0.1)[k]]) for k in (0, 1)]
 
-        def residual(columns):
-            return np.array([self._misses(column, half, ranges) for column in columns.T]).T
+        def misses(column):
+            return [*self._misses(column[:n], column[-3:], half), *self._misses(column[n:-3], column[-3:], half + OPEN_M)]
 
-        found, _ = mujoco.minimize.least_squares(np.clip(start, *bounds), residual, bounds=bounds, verbose=0)
-        return found[:-3], found[-3:]
+        begin = np.clip(np.concatenate([start, start, place]), *bounds)
+        found, _ = mujoco.minimize.least_squares(begin, lambda columns: np.array([misses(column) for column in columns.T]).T, bounds=bounds, verbose=0)
+        return found[:n], found[n:-3], found[-3:]
 
-    def _misses(self, column, half, ranges):
-        self.data.qpos[self.at] = self.joints @ column[:-3]
+    def _misses(self, lengths, place, half):
+        self.data.qpos[self.at] = self.joints @ lengths
         mujoco.mj_kinematics(self.model, self.data)
-        out = list(0.3 * (column[:-3] - 0.3 * ranges.sum(axis=1)))
+        out = list(0.3 * (lengths - 0.3 * self.model.actuator_ctrlrange[self.acts].sum(axis=1)))
         for finger, along in self.hand.along_m.items():
             site, out_of = self.data.site(f"hand_{finger}"), np.array([-1.0 if finger == "th" else 1.0, 0, 0])
             axes = site.xmat.reshape(3, 3)
-            off = site.xpos - self.data.body("wrist").xpos - column[-3:] - half * out_of - [0, along, 0]
+            off = site.xpos - self.data.body("wrist").xpos - place - half * out_of - [0, along, 0]
             out += [*(1e3 * off), 10 * (out_of @ axes[:, 2] - np.cos(np.pi / 6)), 3 * (out_of @ axes[:, 0] + 0.5), 3 * out_of @ axes[:, 1]]
         return out
 
     def command(self, data, contacts, force_n, dt):
         """Writes the servos' targets for a force of each finger, N."""
-        closing = np.clip(data.time / (0.6 * CLOSE_S), 0, 1)
+        closing, pressing = smooth(data.time, 0, 0.6 * CLOSE_S), smooth(data.time, 0.6 * CLOSE_S, 0.8 * CLOSE_S)
         target = self.open + (self.touch - self.open) * closing
         jacobian = np.zeros((3, self.model.nv))
         for finger in self.hand.fingers:
-            force = force_n * (len(self.hand.fingers) - 1 if finger == "th" else 1) * (closing == 1)
-            if finger != "th" and closing == 1:
+            force = force_n * (len(self.hand.fingers) - 1 if finger == "th" else 1) * pressing
+            if finger != "th" and pressing:
                 self.squeeze[finger] += 10 * (force - contacts[finger]["normal_force_n"]) * dt
             inward = np.array([1.0 if finger == "th" else -1.0, 0, 0]) * (force + self.squeeze[finger])
             mujoco.mj_jacSite(self.model, data, jacobian, None, self.model.site(f"hand_{finger}").id)
@@ -246,8 +253,7 @@ def run(hand, name, control, timestep=0.002, pull_m=np.inf, watch=None):
     contacts, has_slipped = read(), False
     while data.time < HOLD_S + min(pull_m, 0.08) / PULL_M_S:
         grasp.command(data, contacts, control(contacts, timestep), timestep)
-        share = np.clip((data.time - CLOSE_S) / (LIFT_S - CLOSE_S), 0, 1)
-        lift = LIFT_M * share**2 * (3 - 2 * share)
+        lift = LIFT_M * smooth(data.time, CLOSE_S, LIFT_S)
         data.ctrl[model.actuator("lift").id] = lift
         data.mocap_pos[0] = hook + [0, 0, lift - PULL_M_S * max(0.0, data.time - HOLD_S)]
         if watch:
