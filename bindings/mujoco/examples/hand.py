@@ -83,11 +83,11 @@ OBJECTS = {
 #: Gap of the open hand, m. Ends of closing, lifting and holding, s; height of the lift, m.
 OPEN_M, CLOSE_S, LIFT_S, HOLD_S, LIFT_M = 0.008, 0.8, 1.6, 2.4, 0.05
 #: A string pulls the object down: stiffness, N/m, damping, N s/m, and speed of its lower end, m/s.
-STRING_N_M, STRING_N_S_M, PULL_M_S = 300, 2, 0.01
+STRING_N_M, STRING_N_S_M, PULL_M_S = 300, 2, 0.005
 #: An object that has come down so far between the fingertips is lost, m.
 FALL_M = 0.008
 #: Least and largest force of a finger, N; margin that the controller aims at.
-LEAST_N, MOST_N, AIM = 0.15, 0.8, 0.4
+LEAST_N, MOST_N, AIM = 0.15, 1.0, 0.3
 
 
 def palm(hand):
@@ -235,8 +235,8 @@ class Margin:
         return self.force_n
 
 
-def run(hand, name, control, timestep=0.002, pull_m=np.inf, watch=None):
-    """Grasps, lifts and pulls an object until it is 8 mm lower in the hand, or the string's end ``pull_m``. ``control``: from contacts and time step
+def run(hand, name, control, timestep=0.002, most_pull_n=np.inf, watch=None):
+    """Grasps, lifts and pulls an object until it is 8 mm lower in the hand, or until the pull ``most_pull_n``. ``control``: from contacts and time step
     to the force of a finger, N. Returns what was seen: the largest speed before slip; of slip the least margin of a finger in the tenth of a second in which
     it slipped, the largest of all; forces and margins of each step since the lift."""
     hand = HANDS[hand]
@@ -251,7 +251,7 @@ def run(hand, name, control, timestep=0.002, pull_m=np.inf, watch=None):
     window = collections.deque(maxlen=round(0.1 / timestep))
     read = lambda: {finger: fingerpad_mujoco.read(data, finger)[0] for finger in hand.fingers}
     contacts, has_slipped = read(), False
-    while data.time < HOLD_S + min(pull_m, 0.08) / PULL_M_S:
+    while data.time < HOLD_S + 0.08 / PULL_M_S and seen["pull_n"] < most_pull_n:
         grasp.command(data, contacts, control(contacts, timestep), timestep)
         lift = LIFT_M * smooth(data.time, CLOSE_S, LIFT_S)
         data.ctrl[model.actuator("lift").id] = lift
@@ -281,18 +281,18 @@ def run(hand, name, control, timestep=0.002, pull_m=np.inf, watch=None):
     return seen | dict(warnings=int(data.warning.number.sum()), is_finite=bool(np.isfinite(data.qpos).all()))
 
 
-def least_fixed(hand, name, timestep, pull_m):
+def least_fixed(hand, name, timestep, pull_n):
     """The least force of a fixed grip, in steps of 0.1 N a finger, that keeps every margin above 0.2; None if none does."""
-    for force_n in np.arange(0.1, MOST_N + 0.01, 0.1):
-        seen = run(hand, name, lambda contacts, dt: force_n, timestep, pull_m)
-        if not seen["lost"] and min(seen["margin"]) > 0.2:
+    for force_n in np.arange(0.1, 1.6, 0.1):
+        seen = run(hand, name, lambda contacts, dt: force_n, timestep, pull_n)
+        if seen["pull_n"] >= pull_n and min(seen["margin"]) > 0.2:
             return seen
     return None
 
 
-def compared(hand, name, timestep=0.002, pull_m=0.005):
+def compared(hand, name, timestep=0.002, pull_n=1.0):
     """Mean force of all fingers with the controller, and with the least fixed grip that keeps the margin above 0.2 under the same pull."""
-    own, fixed = run(hand, name, Margin(), timestep, pull_m), least_fixed(hand, name, timestep, pull_m)
+    own, fixed = run(hand, name, Margin(), timestep, pull_n), least_fixed(hand, name, timestep, pull_n)
     return dict(pull_n=own["pull_n"], margin=min(own["margin"]), force_n=np.mean(own["force_n"]), fixed_n=fixed and np.mean(fixed["force_n"]))
 
 
