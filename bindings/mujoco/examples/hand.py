@@ -86,12 +86,12 @@ OPEN_M, CLOSE_S, LIFT_S, HOLD_S, LIFT_M = 0.008, 0.8, 1.6, 2.4, 0.05
 STRING_N_M, STRING_N_S_M, PULL_M_S = 300, 2, 0.005
 #: An object that has come down so far between the fingertips is lost, m.
 FALL_M = 0.008
-#: Least and largest force of a finger, N; margin that the controller aims at.
-LEAST_N, MOST_N, AIM = 0.15, 1.0, 0.3
+#: Least and largest force of a finger, N; margin that the controller aims at. More force presses a pen out of the fingers.
+LEAST_N, MOST_N, AIM = 0.15, {"block": 1.0, "bottle": 1.0, "pen": 0.7, "card": 1.0}, 0.3
 
 
 def palm(hand):
-    """The hand of the package: rigid tips touch nothing, their places have sites with the axes of the bone."""
+    """The hand of the package: its rigid tips touch nothing, sites at their places have the axes of the bone. Nothing has weight."""
     import mujoco_menagerie
 
     spec = mujoco_menagerie.get(hand.model).spec("right_hand")
@@ -115,6 +115,7 @@ def palm(hand):
     for actuator in spec.actuators:
         actuator.gainprm[0] *= hand.stiffer
         actuator.biasprm[1] *= hand.stiffer
+        # A target that presses may lie beyond the range.
         actuator.ctrllimited = False
     for body in spec.bodies[1:]:
         body.gravcomp = 1
@@ -223,15 +224,15 @@ class Grasp:
 class Margin:
     """The controller: as much force as keeps the least slip margin of the fingers at AIM. Up at once, down within a second."""
 
-    def __init__(self, force_n=0.5):
-        self.force_n = force_n
+    def __init__(self, name, force_n=0.5):
+        self.force_n, self.most_n = force_n, MOST_N[name]
 
     def __call__(self, contacts, dt):
         margin = min(contact["slip_margin"] for contact in contacts.values())
         if all(contact["regime"] for contact in contacts.values()):
             needed = self.force_n * (1 - margin) / (1 - AIM)
             self.force_n += (needed - self.force_n) * min(1, dt / (0.01 if needed > self.force_n else 0.5))
-        self.force_n = np.clip(self.force_n, LEAST_N, MOST_N)
+        self.force_n = np.clip(self.force_n, LEAST_N, self.most_n)
         return self.force_n
 
 
@@ -292,7 +293,7 @@ def least_fixed(hand, name, timestep, pull_n):
 
 def compared(hand, name, timestep=0.002, pull_n=1.0):
     """Mean force of all fingers with the controller, and with the least fixed grip that keeps the margin above 0.2 under the same pull."""
-    own, fixed = run(hand, name, Margin(), timestep, pull_n), least_fixed(hand, name, timestep, pull_n)
+    own, fixed = run(hand, name, Margin(name), timestep, pull_n), least_fixed(hand, name, timestep, pull_n)
     return dict(pull_n=own["pull_n"], margin=min(own["margin"]), force_n=np.mean(own["force_n"]), fixed_n=fixed and np.mean(fixed["force_n"]))
 
 
@@ -315,7 +316,7 @@ def picture(path, hand="leap", name="bottle", size=(400, 400), every_s=0.05):
         renderers[0].update_scene(data, camera)
         frames.append(Image.fromarray(renderers[0].render()))
 
-    run(hand, name, Margin(), watch=watch)
+    run(hand, name, Margin(name), watch=watch)
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=round(1e3 * every_s), loop=0, quality=60)
 
 
@@ -333,7 +334,7 @@ def main():
         print(f"{name}, pull of {numbers['pull_n']:.2f} N: controller {numbers['force_n']:.2f} N, least margin {numbers['margin']:.2f}; "
               f"least fixed grip with a margin above 0.2: {numbers['fixed_n'] or np.nan:.2f} N")
         for timestep in (0.001, 0.002, 0.004):
-            seen = run(arguments.hand, name, Margin(), timestep)
+            seen = run(arguments.hand, name, Margin(name), timestep)
             print(f"  {1e3 * timestep:g} ms: slips at {seen['pull_n']:.2f} N; margin in slip at most {max(0, seen['margin_at_slip']):.3f}; "
                   f"fastest before slip {seen['speed_m_s']:.3f} m/s; {' '.join(sorted(seen['flags']))}")
 
