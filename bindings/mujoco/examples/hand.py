@@ -39,11 +39,9 @@ class Hand:
     quat: tuple
     start: dict
     object_m: tuple
-    #: Inertia of a servo's rotor at the joint. Pairs of joints that one tendon drives, here by equal angles.
-    rotor_kg_m2: float = 0.0
+    #: Pairs of joints that one tendon drives, here by equal angles.
     coupled: tuple = ()
-    #: The servos are so many times as stiff as in the package; the thumb's pad is so many times as large as the file's.
-    stiffer: float = 1.0
+    #: The thumb's pad is so many times as large as the file's.
     thumb_size: float = 1.0
 
     @property
@@ -52,12 +50,11 @@ class Hand:
 
 
 HANDS = {
-    # Rotors of 1.7e-8 kg m² behind gears of 288. The model of the package has none: its light links vibrate at 4 ms.
     "leap": Hand(
         "leap_hand", "{}_ds", {"if": 0.036, "mf": 0.0, "rf": -0.036, "th": 0.0},
         dict.fromkeys(("if", "mf", "rf"), (-0.0109, -0.0485, 0.0145)) | {"th": (-0.0109, -0.0612, -0.0145)},
         (0, -1, 0), (1, 0, 0), "leap-tip-pad.fpm", (1, 0, 0, 0),
-        {"th_mcp_act": -0.3, "mcp_act": 1.1, "pip_act": 0.3, "dip_act": 0.6, "cmc_act": 1.8, "ipl_act": 0.8}, (-0.035, -0.038, -0.14), rotor_kg_m2=0.00141,
+        {"th_mcp_act": -0.3, "mcp_act": 1.1, "pip_act": 0.3, "dip_act": 0.6, "cmc_act": 1.8, "ipl_act": 0.8}, (-0.035, -0.038, -0.14),
     ),
     "allegro": Hand(
         "wonik_allegro", "{}_tip", {"ff": 0.03, "mf": 0.0, "rf": -0.03, "th": 0.0},
@@ -70,7 +67,7 @@ HANDS = {
         dict.fromkeys(("ff", "mf", "rf", "lf"), (0, -0.0039, 0.0292)) | {"th": (0, -0.0046, 0.031)},
         (0, 0, 1), (0, 1, 0), "fingertip-pad.fpm", (0.702, -0.088, 0.702, 0.088),
         {"A_THJ5": 0.3, "A_THJ4": 1.1, "A_THJ2": 0.2, "A_THJ1": 0.3, "J3": 0.9, "J0": 0.9}, (0.33, 0.09, -0.1),
-        coupled=tuple((f"rh_{finger}J1", f"rh_{finger}J2") for finger in ("FF", "MF", "RF", "LF")), stiffer=3.0, thumb_size=1.25,
+        coupled=tuple((f"rh_{finger}J1", f"rh_{finger}J2") for finger in ("FF", "MF", "RF", "LF")), thumb_size=1.25,
     ),
 }
 #: Half the width where the fingertips touch, half the length along y and half the height, m; mass, kg; geom.
@@ -110,11 +107,7 @@ def palm(hand):
         tip.add_site(name=finger, pos=hand.touch_m[finger], quat=quat)
     for one, other in hand.coupled:
         spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=one, name2=other, data=[0, 1] + [0] * 10)
-    for joint in spec.joints:
-        joint.armature = joint.armature + hand.rotor_kg_m2
     for actuator in spec.actuators:
-        actuator.gainprm[0] *= hand.stiffer
-        actuator.biasprm[1] *= hand.stiffer
         # A target that presses may lie beyond the range.
         actuator.ctrllimited = False
     for body in spec.bodies[1:]:
