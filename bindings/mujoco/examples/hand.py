@@ -303,7 +303,7 @@ def picture(path, hand="leap", name="bottle", size=(400, 400), every_s=0.05):
             return
         renderers[:] = renderers or [mujoco.Renderer(model, size[1], size[0])]
         for finger, contact in contacts.items():
-            margin = contact["slip_margin"]
+            margin = min(1, contact["slip_margin"] / AIM)
             tip = model.body("hand_" + HANDS[hand].tip.format(finger)).id
             model.geom_rgba[model.geom_bodyid == tip] = (1 - margin, margin, 0, 1) if contact["regime"] else (0.9, 0.9, 0.9, 1)
         renderers[0].update_scene(data, camera)
