@@ -9,7 +9,7 @@ import pytest
 import fingerpad
 from fingerpad import InputError, MarginObserver, Model, Status
 
-DIGEST = 0x2BFF9ED9
+DIGEST = 0x2C0BF289
 KNOWN = ["no_contact", "prior", "part", "strength"]
 
 

@@ -114,8 +114,8 @@ impl Default for Settings {
         Self {
             strength: 0.6,
             stiffness: 0.15,
-            model_error: 0.016,
-            curve: [-0.02, 0.013, 0.018, 0.015, 0.02],
+            model_error: 0.018,
+            curve: [-0.02, 0.013, 0.016, 0.0, 0.0],
             correlation: 0.25,
             press_error: 0.1,
             force_lag_s: 0.0,
