@@ -89,9 +89,9 @@ pub fn warn_of_fine_body(finger: &Finger) {
 /// Faces below which a contact is warned of.
 const FEWEST_FACES: f64 = 10.0;
 
-/// States the errors that the mesh leaves in the last row of the path with contact, and warns of the row with the smallest if it covers
+/// Prints the errors that the mesh leaves in the last row of the path with contact, and warns of the row with the smallest if it covers
 /// too few faces for its force and area.
-pub fn tell_mesh_error(path: &FingerPath, finger: &Finger, responses: &[Response], out: &Path) {
+pub fn print_mesh_error(path: &FingerPath, finger: &Finger, responses: &[Response], out: &Path) {
     let Some(size_mm) = face_mm(&finger.mesh) else { return };
     let ends_row = |r: &&Response| r.contact_area_mm2 > 0.0 && path.waypoints.iter().any(|w| w.t_s == r.t_s);
     let by_area = |a: &&Response, b: &&Response| a.contact_area_mm2.total_cmp(&b.contact_area_mm2);

@@ -19,7 +19,7 @@ use fingerpad_report::simulation::{self, SimulationReport};
 use super::config::ConfigFile;
 use super::plausibility::{warn_of_depths, warn_of_no_contact, warn_of_size};
 use super::probes::ProbeArgs;
-use super::rigid_body::{BodyArgs, tell_mesh_error, warn_of_contact_beyond, warn_of_fine_body};
+use super::rigid_body::{BodyArgs, print_mesh_error, warn_of_contact_beyond, warn_of_fine_body};
 use super::{
     Failure, LARGER_PADS, Mark, Model, Outputs, bar, go_on, keeping, make_finger_reaching, outputs, provenance,
     results, run_failure, show,
@@ -301,7 +301,7 @@ impl Run<'_> {
                     );
                 }
                 warn_of_no_contact(path, &trajectory.responses);
-                tell_mesh_error(path, self.finger, &trajectory.responses, &args.out);
+                print_mesh_error(path, self.finger, &trajectory.responses, &args.out);
                 warn_of_contact_beyond(self.finger, &trajectory.responses);
                 Ok(())
             }

@@ -162,8 +162,8 @@ pub fn loops(effort: Effort) -> Result<Vec<Check>, Failure> {
 }
 
 /// Under Coulomb's law every force scales with the stiffness: to the penetration that is allowed where the penalty stays as it is, and
-/// better in fingers so soft that it scales with them. A press after a lift converges to a tight
-/// tolerance, down to the rounding of the residual.
+/// better in fingers so soft that it scales with them. A press after a lift converges to a tight tolerance, down to the rounding of the
+/// residual.
 pub fn scales(_: Effort) -> Result<Vec<Check>, Failure> {
     let run = |stiffness: f64, tolerance: f64| -> Result<Trajectory, Failure> {
         let mut config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };

@@ -23,7 +23,7 @@ pub struct Checkpoint<'a> {
 }
 
 /// Version of the saved data.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// The saves of one run.
 pub(super) struct Saves<'a> {
