@@ -148,6 +148,18 @@ impl Model {
 
     /// Settings of the finite elements, the identification and the design of experiments, on a plane.
     fn settings(&self) -> Result<config::Sections, Failure> {
+        let sections = self.settings_of_relaxing()?;
+        if sections.0.tissue.relaxation.is_some() {
+            return Err(Failure::Input(anyhow::anyhow!(
+                "tissue.relaxation: this command takes relaxed tissue only (\"none\"); `simulate`, `finger` and, with a model, \
+                 `eval` follow tissue that relaxes"
+            )));
+        }
+        Ok(sections)
+    }
+
+    /// The same with tissue that may relax.
+    fn settings_of_relaxing(&self) -> Result<config::Sections, Failure> {
         let sections = self.settings_on_any_body()?;
         if !sections.0.rigid_body.is_plane() {
             let file = self.config.as_deref().unwrap_or(Path::new("")).display();
@@ -162,16 +174,10 @@ impl Model {
                  pad, `eval` support orthotropic friction"
             )));
         }
-        if sections.0.tissue.relaxation.is_some() {
-            return Err(Failure::Input(anyhow::anyhow!(
-                "tissue.relaxation: this command takes relaxed tissue only (\"none\"); `simulate` and, with a pad, `eval` follow \
-                 tissue that relaxes"
-            )));
-        }
         Ok(sections)
     }
 
-    /// The same on any rigid body, and with tissue that relaxes.
+    /// The same on any rigid body, with any friction.
     fn settings_on_any_body(&self) -> Result<config::Sections, Failure> {
         let (mut config, identify, design) = match &self.config {
             Some(path) => ConfigFile::read(path)?,

@@ -104,10 +104,9 @@ fn bed_in(mut data: Data, units: &Units) -> Data {
 /// [`fingerpad::pad::Pad::tuned`]. Bands differ a little, because they grow above the same depth in mm in every model.
 ///
 /// # Errors
-/// [`ReduceError::Model`] for a factor outside its range, and for a pad whose tissue relaxes; [`ReduceError::Retune`] for orthotropic
-/// friction.
+/// [`ReduceError::Model`] for a factor outside its range; [`ReduceError::Retune`] for orthotropic friction.
 pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, ReduceError> {
-    let file = file.file().without_branches()?;
+    let file = file.file();
     if file.pad.orthotropy().is_some() {
         return Err(ReduceError::Retune("a pad with orthotropic friction (section ORTH) cannot be retuned".into()));
     }
@@ -115,7 +114,7 @@ pub fn retuned_pad(file: &PadModelFile, tuning: &Tuning) -> Result<Vec<u8>, Redu
     let factors = [tuning.size, tuning.stiffness, tuning.lambda];
     let [_, beta] = file.pad.numbers.law.friction;
     let model = pad_in(PadModel::of(&file.pad), &Units::new(factors, beta.into()));
-    model.file(&with_factors(file.meta, factors))
+    model.file(file.pad.relaxation(), &with_factors(file.meta, factors))
 }
 
 /// Whether each of the three coordinates whose products `Law::lift` multiplies is a length.

@@ -58,7 +58,7 @@ fn rescore_pad(path: &Path, runs: &[Run]) -> Result<(), Failure> {
     model.set_bands(&of_fit, &outline);
     meta.fitted_runs[1] = of_fit.len();
     meta.rescore(&model, &held_out, &outline, &config.friction);
-    std::fs::write(path, model.file(&serde_json::to_string(&meta)?)?)?;
+    std::fs::write(path, model.file(pad.relaxation(), &serde_json::to_string(&meta)?)?)?;
     println!("{}: {:?}", path.display(), meta.held_out);
     Ok(())
 }

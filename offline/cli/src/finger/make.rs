@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::ValueEnum;
+use fingerpad::Relaxation;
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_fe::contact::Outline;
 use fingerpad_fe::experiment::Config;
+use fingerpad_fe::material::relaxation;
 use fingerpad_fe::mesh::MeshPreset;
 use fingerpad_identify::population::Share;
 use fingerpad_reduce::pad::{FitLimits, MadePad, PadMeta, PadSettings, PadSize, runs_for_bed};
@@ -19,6 +21,7 @@ use super::full_slips::FullSlips;
 use super::springs::{fit, read_runs, representable};
 use super::{pad, page, runs, springs};
 use crate::against_shipped::meta_of;
+use crate::progress::during;
 use crate::{Failure, Model, Outputs, make_finger};
 
 /// Make the model files of your finger: finite-element runs, a pad, a bed of springs, a report
@@ -65,6 +68,9 @@ pub struct Args {
     /// Fit beds of other numbers of elements and table nodes as well, for the report's curve of accuracy against cost
     #[arg(long)]
     curve: bool,
+    /// Branches of the soft tissue in place of tissue.relaxation; the models then have those of the finger's force
+    #[arg(long, value_name = "BRANCHES", value_parser = relaxation::parse)]
+    relaxation: Option<Relaxation>,
     #[command(flatten)]
     model: Model,
     /// Threads; each path runs on one [default: the machine's]
@@ -99,7 +105,10 @@ const HARDER: f64 = 1.2;
 pub fn run(args: &Args) -> Result<(), Failure> {
     // A verb has its own options.
     let Some(out) = &args.out else { return Err(Failure::Input(anyhow!("--out is missing"))) };
-    let (mut config, _, ranges) = args.model.settings()?;
+    let (mut config, _, ranges) = args.model.settings_of_relaxing()?;
+    // All runs are of relaxed tissue.
+    let tissue = std::mem::replace(&mut config.tissue.relaxation, Relaxation::none());
+    let tissue = args.relaxation.unwrap_or(tissue);
     let is_shipped = args.design == Design::Stored && args.runs.is_none();
     if is_shipped && args.model.mesh_preset.is_none() {
         // The mesh of the runs that ship.
@@ -144,7 +153,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         _ => outputs().prepare()?,
     }
-    let mut models = Models::make(args, &config, folder.as_deref(), &ranges)?;
+    let mut models = Models::make(args, &config, folder.as_deref(), &ranges, &tissue)?;
     let refused = models.write([&files[0], &files[1]], args.accept)?;
     let slides = FullSlips::of(&config, &models.runs)?;
     models.judge(&slides.runs, [config.friction.lambda, config.friction.beta])?;
@@ -231,7 +240,14 @@ impl Models {
     ///
     /// * `folder`: of the runs; None for those that ship
     /// * `ranges`: of the paths of the pad beside which the bed is fitted
-    fn make(args: &Args, config: &Config, folder: Option<&Path>, ranges: &DesignSettings) -> Result<Self, Failure> {
+    /// * `tissue`: branches of the soft tissue
+    fn make(
+        args: &Args,
+        config: &Config,
+        folder: Option<&Path>,
+        ranges: &DesignSettings,
+        tissue: &Relaxation,
+    ) -> Result<Self, Failure> {
         let hash = reduce::settings_hash(config)?;
         let (runs, others): (Vec<Run>, Vec<Run>) =
             read_runs(folder)?.into_iter().partition(|run| run.settings_hash == hash);
@@ -243,6 +259,7 @@ impl Models {
             )));
         }
         let law = [config.friction.lambda, config.friction.beta];
+        let relaxation = branches_of_force(config, tissue)?;
         let is_few = runs.iter().filter(|run| run.is_representable()).count() < FEW;
         let (mut pad, mut beside) = (None, Vec::new());
         if args.only != Some(Only::Bed) || is_few {
@@ -252,12 +269,13 @@ impl Models {
                 limits: FitLimits { patience: args.patience, hold: is_few },
                 ..PadSettings::default()
             };
-            let (made, outline) = pad::make(config, &runs, settings)?;
+            let (mut made, outline) = pad::make(config, &runs, settings)?;
             if is_few && args.only != Some(Only::Pad) {
                 let pad = PadModelFile::new(&made.file()?).map_err(ReduceError::from)?;
                 let paths = DesignSettings { paths: DesignSettings::default().paths, ..ranges.clone() };
                 beside = runs_for_bed(&pad.file().pad, &runs, &paths, &hash)?;
             }
+            made.relaxation = relaxation;
             let verdict = Verdict::of_pad(&made.model, &runs, &outline, law);
             pad = Some((made, outline, verdict)).filter(|_| args.only != Some(Only::Bed));
         }
@@ -336,6 +354,23 @@ impl Models {
             println!("{model:<6}{motions:<13}{numbers}   {grade}");
         }
     }
+}
+
+/// Branches of the finger's force from those of its tissue; prints both.
+fn branches_of_force(config: &Config, tissue: &Relaxation) -> Result<Relaxation, Failure> {
+    if !tissue.is_some() {
+        return Ok(*tissue);
+    }
+    if let Some(sentence) = relaxation::assumption(tissue) {
+        eprintln!("{sentence}");
+    }
+    let (finger, _) = make_finger(config)?;
+    let tip = Tip::of(&finger, &config.tissue, &config.friction)?;
+    let of_force = during("presses of tissue that relaxes", |_| {
+        reduce::pad::branches_of_force(&config.problem(&finger), &tip, tissue)
+    })?;
+    println!("the force relaxes with {} (SHARE:TIME_S); the tissue with {}", relaxation::text(&of_force), relaxation::text(tissue));
+    Ok(of_force)
 }
 
 /// Refuses to replace a file that is not an earlier model of the same finger.

@@ -95,13 +95,21 @@ fn a_bed_in_another_pose_follows_its_pad() {
     assert!((1..3).all(|k| (found[0][k] - found[1][k]).abs() < 0.1 * limit), "{found:?}");
 }
 
-/// A small pad with a short fit. The program writes the file and prints its errors.
+/// A small pad with a short fit, of tissue that relaxes. The program writes the file and prints its errors and branches; a hold relaxes
+/// by less than the tissue.
 #[test]
 #[ignore = "nightly"]
 fn a_pad_is_made_from_the_runs_that_ship() {
     let folder = Folder::new();
-    let (text, _) =
-        folder.done("finger --design stored --only pad --patches 12 --fit-runs 4 --patience 1 --out made --accept");
+    let (text, said) = folder.done(
+        "finger --design stored --only pad --patches 12 --fit-runs 4 --patience 1 --relaxation 2:0.1 --out made --accept",
+    );
     assert!(text.contains("combined") && text.contains("within bands %"), "{text}");
+    assert!(text.contains("the tissue with 2:0.1") && !said.contains("assumed"), "{text}{said}");
     assert!(folder.exists("made/pad.fpm") && !folder.exists("made/model.fpm"));
+    folder.write("p.csv", "t_s,depth_mm,slide_x_mm,slide_y_mm\n0,0,0,0\n0.0001,1,0,0\n9,1,0,0\n");
+    folder.done("eval --path p.csv --model made/pad.fpm --out r.csv");
+    let normal = folder.column("r.csv", "normal_force_n");
+    let fall = normal.iter().copied().fold(0.0, f64::max) / normal[normal.len() - 1];
+    assert!((2.0..2.95).contains(&fall), "{fall}");
 }

@@ -2,6 +2,7 @@
 //!
 //! Main functions: [`runs_for_bed`], [`runs_in_pose`]. Uses path, replay and design.
 
+use fingerpad::Relaxation;
 use fingerpad::pad::{Body, Pad};
 use fingerpad_fe::experiment::RigidBodySettings;
 use fingerpad_fe::load_path::{Drive, Turn, Turns};
@@ -167,13 +168,14 @@ pub fn runs_in_pose(
     followed(pad, Some(pose_deg), settings, settings_hash)
 }
 
-/// Runs of a pad along the paths of a design that a bed of springs represents, in a pose or in the neutral one.
+/// Runs of a pad, with relaxed tissue, along the paths of a design that a bed of springs represents, in a pose or in the neutral one.
 fn followed(
     pad: &Pad<'_>,
     pose_deg: Option<[f64; 2]>,
     settings: &DesignSettings,
     settings_hash: &str,
 ) -> Result<Vec<Run>, ReduceError> {
+    let pad = &pad.with_relaxation(Relaxation::none());
     let mut made = Vec::new();
     for experiment in design(settings)? {
         let path = experiment.path;

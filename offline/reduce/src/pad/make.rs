@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::Response;
+use fingerpad::{Relaxation, Response};
 use fingerpad::pad::{Law, Numbers, Patch};
 use fingerpad_fe::contact::{Outline, RubberFriction};
 use fingerpad_fe::load_path::Finger;
@@ -74,6 +74,8 @@ pub struct MadePad {
     pub model: PadModel,
     /// Provenance.
     pub meta: PadMeta,
+    /// Branches of its force.
+    pub relaxation: Relaxation,
 }
 
 impl MadePad {
@@ -82,21 +84,22 @@ impl MadePad {
     /// # Errors
     /// [`ReduceError::Model`] for numbers that the core refuses.
     pub fn file(&self) -> Result<Vec<u8>, ReduceError> {
-        self.model.file(&serde_json::to_string(&self.meta).expect("plain numbers and text"))
+        self.model.file(&self.relaxation, &serde_json::to_string(&self.meta).expect("plain numbers and text"))
     }
 }
 
 impl PadModel {
     /// The bytes of its model file.
     ///
+    /// * `relaxation`: branches of its force
     /// * `meta`: provenance, JSON
     ///
     /// # Errors
     /// [`ReduceError::Model`] for numbers that the core refuses.
-    pub fn file(&self, meta: &str) -> Result<Vec<u8>, ReduceError> {
+    pub fn file(&self, relaxation: &Relaxation, meta: &str) -> Result<Vec<u8>, ReduceError> {
         let patches: Vec<Patch> = self.patches.iter().map(single_patch).collect();
         let numbers = single_numbers(&self.numbers);
-        let pad = fingerpad::pad::Pad::new(&patches, &numbers);
+        let pad = fingerpad::pad::Pad::new(&patches, &numbers).with_relaxation(*relaxation);
         pad.check()?;
         let mut bytes = vec![0; pad.file_length(meta)];
         pad.write_file(meta, &mut bytes)?;
@@ -180,7 +183,7 @@ pub fn make_pad(
         held_out: BTreeMap::new(),
     };
     meta.rescore(&model, &held_out, outline, &settings.friction);
-    Ok(MadePad { model, meta })
+    Ok(MadePad { model, meta, relaxation: Relaxation::none() })
 }
 
 /// Least number of runs of each kind in a fit, share of the wanted number of runs; all runs of the kind if it has fewer.

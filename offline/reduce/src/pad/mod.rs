@@ -10,6 +10,7 @@ mod for_bed;
 mod make;
 mod patches;
 mod path;
+mod relaxation;
 mod replay;
 mod score;
 
@@ -26,6 +27,7 @@ pub use make::{MadePad, PadMeta, PadSettings, make_pad};
 pub(crate) use patches::tilt;
 pub use patches::{PadSize, pad};
 pub use path::simulate_path_on_pad;
+pub use relaxation::branches_of_force;
 pub use replay::{replay, replay_on_plane};
 pub use score::{DepthScores, PadScores, score_depths, score_runs};
 pub(crate) use score::{is_free, largest};
