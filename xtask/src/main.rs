@@ -63,7 +63,7 @@ enum Chore {
     },
     /// The book of `docs/` as a static site in `target/book/html`, with all its links checked
     Book(book::Args),
-    /// Two fingers of finite elements against eight published experiments: one page with a table and figures each (half an hour; --coarse:
+    /// Two fingers of finite elements against nine published experiments: one page with a table and figures each (half an hour; --coarse:
     /// minutes; --fit: finds the effect that the paper's finger lacks again)
     Experiments {
         /// Passed on to the program; names select experiments

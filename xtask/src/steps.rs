@@ -89,7 +89,7 @@ const STEPS: [Step; 36] = [
     Step("packed-tests", Weekly, Workspace, package::tests, "the tests of all crates from their packed archives"),
     Step("fuzz", Weekly, Workspace, weekly::fuzz, "model files, steps and calibration under a fuzzer (nightly toolchain)"),
     Step("mutants", Weekly, Workspace, weekly::mutants, "30 faults planted by cargo-mutants in the core, the contact and the diagnosis"),
-    Step("experiments", Weekly, Workspace, weekly::experiments, "the finite elements against eight published experiments"),
+    Step("experiments", Weekly, Workspace, weekly::experiments, "the finite elements against nine published experiments"),
     Step("reference", Weekly, Workspace, regenerate::reference, "the reduced models along held-out runs: tables and picture"),
     Step("bindings", Weekly, Others, crate::bench_bindings::main, "ns of a step in every language"),
 ];

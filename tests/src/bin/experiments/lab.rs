@@ -68,6 +68,13 @@ impl Lab {
         Self { config: Config { mesh_preset, ..config } }
     }
 
+    /// The same finger with other settings.
+    pub fn with(&self, change: impl FnOnce(&mut Config)) -> Self {
+        let mut config = self.config.clone();
+        change(&mut config);
+        Self { config }
+    }
+
     /// Name of the mesh.
     pub fn mesh_name(&self) -> &'static str {
         if self.config.mesh_preset == MeshPreset::Coarse { "coarse" } else { "medium" }

@@ -8,6 +8,7 @@ mod grip;
 mod lab;
 mod press;
 mod slide;
+mod time;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ use fingerpad_report::{TraceChart, traces_svg};
 use lab::{Failure, Lab, Line};
 
 #[derive(Parser)]
-#[command(about = "The finite elements against eight published experiments", name = "experiments")]
+#[command(about = "The finite elements against nine groups of published experiments", name = "experiments")]
 struct Args {
     /// Folder of the page and its figures
     #[arg(long, default_value = "target/experiments")]
@@ -58,7 +59,7 @@ struct Finding {
 type Experiment = fn(&Lab) -> Result<Finding, Failure>;
 
 /// Name of each experiment, which also names its figure.
-const EXPERIMENTS: [(&str, Experiment); 8] = [
+const EXPERIMENTS: [(&str, Experiment); 9] = [
     ("stick", slide::stick),
     ("area", slide::area),
     ("strain", slide::strain),
@@ -67,6 +68,7 @@ const EXPERIMENTS: [(&str, Experiment); 8] = [
     ("load", press::load),
     ("indentation", press::indentation),
     ("table", press::table),
+    ("time", time::time),
 ];
 
 /// The fingers by name, in the order of the page's columns.
@@ -175,7 +177,7 @@ fn moved(experiments: &[&[Found]]) -> String {
 
 fn page_head(lab: &Lab) -> String {
     format!(
-        "# What the published finger lacks: eight experiments\n\nThis page compares two fingers of finite elements with eight published \
+        "# What the published finger lacks: nine experiments\n\nThis page compares two fingers of finite elements with nine groups of published \
          experiments, which other groups made with other fingers.\n\n- **paper**: shape E with the material constants and the friction \
          law that Yoshida, Tada and Mochimaru published in 2011 for one subject. Nothing is tuned. It is the default of every \
          command.\n- **stiffening**: the same finger with tissue that stiffens and friction nearer to \
