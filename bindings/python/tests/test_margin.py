@@ -9,7 +9,7 @@ import pytest
 import fingerpad
 from fingerpad import InputError, MarginObserver, Model, Status
 
-DIGEST = 0x2C0BF289
+DIGEST = 0xCE4C3A13
 KNOWN = ["no_contact", "prior", "part", "strength"]
 
 

@@ -108,14 +108,14 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Surfaces within a factor of 1.8, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band
+    /// Surfaces within a factor of 2, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band
     /// of 95 %, 50 ms ahead.
     fn default() -> Self {
         Self {
-            strength: 0.6,
+            strength: 0.7,
             stiffness: 0.15,
             model_error: 0.018,
-            curve: [-0.02, 0.013, 0.016, 0.0, 0.0],
+            curve: [-0.02, 0.013, 0.018, 0.015, 0.02],
             correlation: 0.25,
             press_error: 0.1,
             force_lag_s: 0.0,

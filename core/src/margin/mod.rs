@@ -240,10 +240,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
     /// The finger leaves the surface, or begins: the next contact starts from the prior of the strength. What is known of the finger's
     /// stiffness stays.
     fn leave(&mut self) {
-        let least = self.settings.stiffness * self.settings.stiffness;
-        let known = self.posterior.stiffness;
-        // Half of the gain is kept: the place on the finger may be another.
-        self.stiffness = Normal { mean: known.mean, variance: (2.0 * known.variance).at_most(least) };
+        self.keep_part_of_stiffness();
         for (twin, (_, ratio)) in self.twins.iter_mut().zip(ratios()) {
             *twin = Twin { state: ForceStateOf::default(), error_n: [0.0; 2] };
             twin.state.set_strength_factor(ratio);
@@ -253,6 +250,13 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         self.gathered = Gathered::default();
         (self.here_mm, self.delayed_mm, self.ahead) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         self.reopen(self.settings.tare_n * self.settings.tare_n);
+    }
+
+    /// Keeps half of what was gained on the finger's stiffness: the place on the finger may be another.
+    fn keep_part_of_stiffness(&mut self) {
+        let most = self.settings.stiffness * self.settings.stiffness;
+        let known = self.posterior.stiffness;
+        self.stiffness = Normal { mean: known.mean, variance: (2.0 * known.variance).at_most(most) };
     }
 
     /// Forgets what is known of the strength.
@@ -442,6 +446,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         self.surprised = surprise > SURPRISE;
         let [low, high] = self.band;
         if changed {
+            self.keep_part_of_stiffness();
             self.reopen(error * error + self.settings.tare_n * self.settings.tare_n);
         } else {
             self.judge();

@@ -11,7 +11,7 @@ use fingerpad_tests::margin::{Failure, PAGE, chart, tables};
 
 const PICTURE: &str = "docs/pictures/margin.svg";
 /// Experiments of a line.
-const NUMBER: usize = 100;
+const NUMBER: usize = 200;
 
 fn main() -> Result<(), Failure> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

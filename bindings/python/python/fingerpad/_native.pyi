@@ -445,7 +445,7 @@ class MarginObserver:
     ) -> MarginObserver:
         """An observer in the air. Raises InputError for a setting out of its range.
 
-        strength and stiffness are standard deviations of the prior: of the logarithm of the strength factor (0.6), and of the finger's
+        strength and stiffness are standard deviations of the prior: of the logarithm of the strength factor (0.7), and of the finger's
         tangential stiffness, share (0.15). confidence is the probability of the bands (0.95), ahead_s the time of slip_chance (0.05).
         """
 
