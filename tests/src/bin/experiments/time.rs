@@ -11,7 +11,7 @@ use super::lab::{Failure, Lab, Line, chart, line};
 const DEPTH_MM: f64 = 1.5;
 const SLIDE_MM: f64 = 1.0;
 /// Factor on the friction of skin that is glued.
-const GLUED: f64 = 100.0;
+const GLUED: f64 = 15.0;
 
 /// A path through corners of time, s, depth and slide, mm.
 fn timed(corners: &[[f64; 3]]) -> Path {
