@@ -369,7 +369,11 @@ fn branches_of_force(config: &Config, tissue: &Relaxation) -> Result<Relaxation,
     let of_force = during("presses of tissue that relaxes", |_| {
         reduce::pad::branches_of_force(&config.problem(&finger), &tip, tissue)
     })?;
-    println!("the force relaxes with {} (SHARE:TIME_S); the tissue with {}", relaxation::text(&of_force), relaxation::text(tissue));
+    println!(
+        "the force relaxes with {} (SHARE:TIME_S); the tissue with {}",
+        relaxation::text(&of_force),
+        relaxation::text(tissue)
+    );
     Ok(of_force)
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::{Relaxation, Response};
 use fingerpad::pad::{Law, Numbers, Patch};
+use fingerpad::{Relaxation, Response};
 use fingerpad_fe::contact::{Outline, RubberFriction};
 use fingerpad_fe::load_path::Finger;
 use serde::{Deserialize, Serialize};

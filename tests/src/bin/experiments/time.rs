@@ -63,7 +63,8 @@ pub fn time(lab: &Lab) -> Result<Finding, Failure> {
     // The tissue of the press relaxes before the shear.
     let [pressed, sheared] = [20.0, 20.1];
     let to = [start, [1.0, DEPTH_MM, 0.0], [pressed, DEPTH_MM, 0.0]];
-    let held = glued.follow(&timed(&[&to[..], &[[sheared, DEPTH_MM, SLIDE_MM], [60.0, DEPTH_MM, SLIDE_MM]]].concat()))?;
+    let held =
+        glued.follow(&timed(&[&to[..], &[[sheared, DEPTH_MM, SLIDE_MM], [60.0, DEPTH_MM, SLIDE_MM]]].concat()))?;
     let hold = &held.responses[held.responses.partition_point(|r| r.t_s < sheared)..];
     let cycle = |half_s: f64| -> Result<Vec<Response>, Failure> {
         let back = [[pressed + half_s, DEPTH_MM, SLIDE_MM], [pressed + 2.0 * half_s, DEPTH_MM, 0.0]];
@@ -77,7 +78,12 @@ pub fn time(lab: &Lab) -> Result<Finding, Failure> {
     let lines = vec![
         Line::new("force at 1.5 mm, 1 m/s over 1 mm/s", 2, last(&fast) / last(&slow), [2.0, 2.75]),
         Line::new("duration of the relaxation of shear (99 %), s", 1, duration_s(hold), [8.0, 15.0]),
-        Line::new("hysteresis of glued skin in shear, 1 s to and 1 s back, %", 0, lost(&sheared, friction, slide), [70.0, 90.0]),
+        Line::new(
+            "hysteresis of glued skin in shear, 1 s to and 1 s back, %",
+            0,
+            lost(&sheared, friction, slide),
+            [70.0, 90.0],
+        ),
         Line::new("energy lost in a tap of 10 ms, %", 0, lost(&tap, normal, depth), [76.0, 86.0]),
     ];
     let points = |rows: &[Response], y: fn(&Response) -> f64, x: fn(&Response) -> f64| {
