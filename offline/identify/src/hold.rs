@@ -1,10 +1,11 @@
-//! Branches of relaxing tissue from a ramp and hold of a finger: shares and times with their intervals.
+//! Branches of relaxing tissue from a ramp and hold of a finger, and from sines after it: shares and times with their intervals.
 //!
 //! The force of tissue with the relaxed force `N0(d)` is `N = N0 + sum_i g_i Q_i`, `Q_i` the part of the changes of `N0` that branch i
 //! still remembers [Fung 1993, section 7.6]. With `N0 = c d^p exp(r d)` and for given times it is linear in `c` and in every `c g_i`, which
 //! are fitted with the sign that they must have; `p`, `r` and the times are fitted around this [Golub & Pereyra 2003].
 //! Main types: [`Hold`], [`Fit`]. May use: formats and least-squares.
 
+use std::ops::Range;
 use std::path::Path;
 
 use fingerpad_formats::{Columns, Error};
@@ -17,6 +18,8 @@ use super::confidence;
 pub const KNOWN: [&str; 3] = ["t_s", "depth_mm", "normal_force_n"];
 /// Share of the largest depth within which the finger is held.
 const HELD_SHARE: f64 = 5e-3;
+/// Depth, over that of the hold, below which the finger leaves: later rows do not count.
+const LEAVES: f64 = 0.5;
 /// Rows that ramp and hold have at least.
 const LEAST_ROWS: usize = 8;
 /// Durations of the ramp that the hold lasts at least.
@@ -31,8 +34,8 @@ const POOR: f64 = 0.1;
 pub struct Hold {
     /// Times (s), depths (mm) and forces (N), from the last row in the air or the first row on.
     rows: Vec<[f64; 3]>,
-    /// The first row of the hold.
-    held_from: usize,
+    /// The rows of the hold; those after it are of sines or other motions.
+    held: Range<usize>,
 }
 
 /// A value with the half-width of its interval of 95 %.
@@ -103,8 +106,9 @@ impl Hold {
             }
             rows.push(read);
         }
-        let last = rows.len() - 1;
-        let deepest = rows.iter().map(|row| row[1]).fold(f64::NEG_INFINITY, f64::max);
+        let deepest = deepest(&rows);
+        let held = longest_hold(&rows, HELD_SHARE * deepest);
+        let (held_from, last) = (held.start, held.end.max(1) - 1);
         if !(deepest > 0.0) {
             return Err(table.refuse(
                 &table.rows[last],
@@ -112,12 +116,11 @@ impl Hold {
                 "no depth of the file is greater than 0: there is no ramp",
             ));
         }
-        let held = |row: &[f64; 3]| (row[1] - rows[last][1]).abs() <= HELD_SHARE * deepest;
-        let held_from = last + 1 - rows.iter().rev().take_while(|row| held(row)).count();
         let start = rows[..held_from].iter().rposition(|row| row[1] <= 0.0).unwrap_or(0);
         let problem =
             |at: usize, column: usize, text: String| Err(table.refuse(&table.rows[at], columns[column], text));
         let hold_s = rows[last][0] - rows[held_from][0];
+        let deepest = self::deepest(&rows[..=last]);
         if rows[last][1] < (1.0 - HELD_SHARE) * deepest {
             return problem(
                 last,
@@ -173,15 +176,17 @@ impl Hold {
         if !(end > 0.0) {
             return problem(last, 2, format!("ends a hold at a mean force of {end:.4} N: it must press"));
         }
+        let leaves = (last..rows.len()).find(|&k| rows[k][1] < LEAVES * rows[last][1]);
+        rows.truncate(leaves.unwrap_or(rows.len()));
         rows.drain(..start);
-        Ok(Self { rows, held_from: held_from - start })
+        Ok(Self { rows, held: held_from - start..last + 1 - start })
     }
 
     /// The branches that fit best.
     ///
     /// * `count`: most branches, 1 to 3
     pub fn fit(&self, count: usize) -> Fit {
-        let ramp_s = self.rows[self.held_from][0] - self.rows[0][0];
+        let ramp_s = self.rows[self.held.start][0] - self.rows[0][0];
         let interval_s = self.rows[1..].iter().zip(&self.rows).map(|(b, a)| b[0] - a[0]).fold(f64::INFINITY, f64::min);
         let hold_s = self.hold_s();
         let minimiser = LevenbergMarquardt::new().with_patience(200).with_ftol(1e-12).with_xtol(1e-10);
@@ -201,13 +206,13 @@ impl Hold {
     }
 
     fn hold_s(&self) -> f64 {
-        self.rows[self.rows.len() - 1][0] - self.rows[self.held_from][0]
+        self.rows[self.held.end - 1][0] - self.rows[self.held.start][0]
     }
 
     /// Relaxed force of unit factor, and what each branch still remembers of it, at every row.
     fn columns(&self, at: &[f64]) -> Vec<Vec<f64>> {
         let (exponent, rate) = (at[0], at[1]);
-        let deepest = self.rows[self.rows.len() - 1][1];
+        let deepest = self.rows[self.held.end - 1][1];
         // Relative to the depth of the hold, so that factor and exponent are hardly correlated.
         let relaxed: Vec<f64> = self
             .rows
@@ -306,6 +311,26 @@ impl Hold {
     }
 }
 
+fn deepest(rows: &[[f64; 3]]) -> f64 {
+    rows.iter().map(|row| row[1]).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The longest time in which the finger stays at one depth.
+fn longest_hold(rows: &[[f64; 3]], tolerance_mm: f64) -> Range<usize> {
+    let (mut longest, mut from) = (0..0, 0);
+    let duration_s = |range: &Range<usize>| rows[range.end - 1][0] - rows[range.start][0];
+    while from < rows.len() {
+        let leaves = |row: &[f64; 3]| (row[1] - rows[from][1]).abs() > tolerance_mm;
+        let to = rows[from..].iter().position(leaves).map_or(rows.len(), |count| from + count);
+        let this = from..to;
+        if rows[from][1] > 0.0 && (longest.is_empty() || duration_s(&this) >= duration_s(&longest)) {
+            longest = this;
+        }
+        from = to;
+    }
+    longest
+}
+
 /// Step of the finite differences.
 const STEP: f64 = 1e-5;
 
@@ -338,12 +363,17 @@ impl Problem for Search<'_> {
 mod tests {
     use super::*;
 
-    /// A ramp to `depth` in `ramp_s` and a hold, every millisecond and later every hundredth of the time, with noise.
-    fn synthetic(noise_n: f64, ramp_s: f64) -> String {
+    /// End of the hold, s.
+    const HELD_S: f64 = 20.0;
+
+    /// A ramp to 1 mm in `ramp_s` and a hold, every millisecond and later every hundredth of the time, then two seconds of a vibration of 50
+    /// um and `sine_hz`, every millisecond, with noise.
+    fn synthetic(noise_n: f64, ramp_s: f64, sine_hz: f64) -> String {
         let (c, p, r) = (0.6, 1.6, 0.25);
         let branches = [(1.0, 4e-3), (0.6, 70e-3), (0.6, 1.4)];
         let relaxed = |d: f64| c * d.max(0.0).powf(p) * (r * d).exp();
-        let depth = |t: f64| (t / ramp_s).clamp(0.0, 1.0);
+        let wave = |t: f64| 0.05 * (std::f64::consts::TAU * sine_hz * (t - HELD_S).max(0.0)).sin();
+        let depth = |t: f64| (t / ramp_s).clamp(0.0, 1.0) + wave(t);
         let mut memory = [0.0; 3];
         let mut text = String::from("t_s,depth_mm,normal_force_n\n");
         let (fine, mut state, mut next) = (1e-4, 0x1234_5678_9abc_def0u64, 0.0);
@@ -351,7 +381,10 @@ mod tests {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64
         };
-        for k in 0..=200_000u32 {
+        for k in 0..=220_000u32 {
+            if sine_hz == 0.0 && k > 200_000 {
+                break;
+            }
             let t = f64::from(k) * fine;
             let (a, b) = (relaxed(depth(t - fine)), relaxed(depth(t)));
             for (memory, (_, tau)) in memory.iter_mut().zip(branches) {
@@ -359,7 +392,7 @@ mod tests {
                 *memory = *memory * (-x).exp() - (b - a) * (-x).exp_m1() / x;
             }
             if t >= next {
-                next = t + (1e-3f64).max(2e-3 * t) - 0.5 * fine;
+                next = t + if t < HELD_S { (1e-3f64).max(2e-3 * t) } else { 1e-3 } - 0.5 * fine;
                 let noise: f64 = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
                 let force = b + memory.iter().zip(branches).map(|(q, (g, _))| g * q).sum::<f64>() + noise_n * noise;
                 text += &format!("{t:.5},{:.6},{force:.6}\n", depth(t));
@@ -374,12 +407,12 @@ mod tests {
 
     #[test]
     fn shares_and_times_come_back_and_a_branch_shorter_than_the_ramp_is_poorly_determined() {
-        let exact = read(&synthetic(0.0, 0.01)).unwrap().fit(3);
+        let exact = read(&synthetic(0.0, 0.01, 0.0)).unwrap().fit(3);
         for (branch, (share, time)) in exact.branches.iter().zip([(1.0, 4e-3), (0.6, 70e-3), (0.6, 1.4)]) {
             println!("{branch:?}");
             assert!((branch.share.value / share - 1.0).abs() < 0.01 && (branch.time_s.value / time - 1.0).abs() < 0.01);
         }
-        let noisy = read(&synthetic(5e-3, 0.05)).unwrap().fit(3);
+        let noisy = read(&synthetic(5e-3, 0.05, 0.0)).unwrap().fit(3);
         println!("{noisy:#?}");
         assert!((noisy.rms_n / 5e-3 - 1.0).abs() < 0.1);
         let [short, middle, long] = noisy.branches[..] else { panic!("three branches") };
@@ -389,6 +422,18 @@ mod tests {
             assert!((branch.time_s.value / time - 1.0).abs() < 0.05, "{branch:?}");
             assert!(!branch.share.is_poor() && !branch.time_s.is_poor());
         }
+    }
+
+    /// The vibration meets the branch that the ramp of 50 ms hides.
+    #[test]
+    fn a_vibration_after_the_hold_determines_the_short_branch() {
+        let fit = read(&synthetic(5e-3, 0.05, 40.0)).unwrap().fit(3);
+        println!("{fit:#?}");
+        for (branch, (share, time)) in fit.branches.iter().zip([(1.0, 4e-3), (0.6, 70e-3), (0.6, 1.4)]) {
+            assert!((branch.share.value / share - 1.0).abs() < 0.03, "{branch:?}");
+            assert!((branch.time_s.value / time - 1.0).abs() < 0.05, "{branch:?}");
+        }
+        assert!(fit.branches.len() == 3 && (fit.hold_s - (HELD_S - 0.05)).abs() < 0.1, "{}", fit.hold_s);
     }
 
     #[test]
