@@ -164,7 +164,7 @@ fn tissue_that_relaxes_is_followed_in_time() {
     let folder = Folder::with(&[("p.csv", &format!("{HEAD}\n0,0,0,0\n0.002,1,0,0\n20,1,0,0\n"))]);
     for body in ["", " --body sphere --radius-mm 15"] {
         let (_, printed) = folder.done(&format!("{EVAL} --force --relaxation 1:0.07,0.5:1.4{body}"));
-        assert!(printed.contains("requires a pad"), "{printed}");
+        assert_eq!(printed.contains("requires a pad"), !body.is_empty(), "{printed}");
         let [time, force] = ["t_s", "normal_force_n"].map(|name| folder.column("r.csv", name));
         let last = force.last().unwrap();
         for t_s in [0.002, 0.02, 0.1, 0.5, 2.0, 8.0] {

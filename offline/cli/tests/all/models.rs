@@ -1,6 +1,6 @@
 //! Files that no text can hold: model files with effects and tables, and long paths.
 
-use fingerpad::build::{Data, EffectSlot, TableColumn, Tables};
+use fingerpad::build::{Data, EffectSlot, TableColumn, Sections};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad;
@@ -57,8 +57,8 @@ fn charged() -> Vec<u8> {
     let slot =
         EffectSlot { kind: TABLE, reserved: 0, values: [Target::Strength as u32 as f32, 0.0, 0.0, 0.0, 0.0, 0.0] };
     let columns = [TableColumn::new("voltage_v", "V", [0.0, 200.0], 20.0).unwrap()];
-    let tables = Tables { numbers: &numbers, columns: &columns };
-    let mut bytes = vec![0; Data::file_length_with_tables(&[slot], tables, "{}")];
-    shipped.file().model.data().write_file_with_tables(&[slot], tables, "{}", &mut bytes).unwrap();
+    let tables = Sections { tables: &numbers, columns: &columns, ..Sections::default() };
+    let mut bytes = vec![0; Data::file_length_with(&[slot], tables, "{}")];
+    shipped.file().model.data().write_file_with(&[slot], tables, "{}", &mut bytes).unwrap();
     bytes
 }
