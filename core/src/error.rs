@@ -171,7 +171,9 @@ impl core::fmt::Display for Error {
             Self::Shape { elements, nodes } => {
                 write!(f, "made for {elements} springs and {nodes} table nodes, which is not what is used here")
             }
-            Self::Section { id: RELAXATION } => f.write_str("section RELX: tissue that relaxes, which is not followed here"),
+            Self::Section { id: RELAXATION } => {
+                f.write_str("section RELX: tissue that relaxes, which is not followed here")
+            }
             Self::Section { id } => write!(
                 f,
                 "section {}{}{}{} is missing or not understood",
@@ -188,7 +190,9 @@ impl core::fmt::Display for Error {
             Self::OtherModel { found, expected } => {
                 write!(f, "the state was saved with another model (numbers {found:08x}, here {expected:08x})")
             }
-            Self::RelaxesTwice => f.write_str("section RELX beside the effect normal_relaxation: the tissue would relax twice"),
+            Self::RelaxesTwice => {
+                f.write_str("section RELX beside the effect normal_relaxation: the tissue would relax twice")
+            }
             Self::Curved => f.write_str("a bed of springs touches planes and boxes alone; use a pad for this shape"),
             Self::Buffer { needed } => write!(f, "the buffer is too small: {needed} bytes are needed"),
         }

@@ -116,8 +116,9 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
-        let mut normal: [T; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + (dkx * energy_rate[0][i] + dky * energy_rate[1][i]) / stiff);
+        let mut normal: [T; 3] = core::array::from_fn(|i| {
+            press * friction[0][i] + (dkx * energy_rate[0][i] + dky * energy_rate[1][i]) / stiff
+        });
         normal[0] += stiff * row.normal.change * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         if state.forces.depth >= self.depth_max_mm() {
             (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);

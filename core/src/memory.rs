@@ -21,11 +21,12 @@
 //! positive numbers beside the diagonal, and no negative sums of a row or a column (Kaluza 1928). For such a matrix the sum of f(v) du is not
 //! negative for any rising f with f(0) = 0 (Willems and Brockett 1968). With q = 0 the energy above is exact, with q and one branch too; with
 //! more branches its last term stands for their mean, and enters only the change of the normal force by a change of the stiffness with depth.
+//! As without branches, a normal force below 0 counts as 0; near lift-off of a sheared contact that gives away up to 2e-5 of the work.
 
 use core::fmt::Debug;
 
 use crate::math::{Elementary, Scalar};
-use crate::relaxation::{BRANCHES, Clock, Perhaps, Relaxation, part_way};
+use crate::relaxation::{BRANCHES, Clock, Perhaps, Relaxation};
 
 /// Stiffness of the branches over that of the relaxed tissue, below which their part in the third order of the energy counts as 0.
 const LEAST_MORE: f32 = 1e-9;
@@ -61,8 +62,8 @@ mod sealed {
 pub struct Weights<T> {
     /// g_i e_i.
     shares: [T; BRANCHES],
-    /// Share of its way to the present by which each memory is to be moved on; none if it is too early.
-    due: [Option<T>; BRANCHES],
+    /// Share of its way to the present by which each memory is moved on; 0 if it is too early.
+    due: [T; BRANCHES],
     /// s: 1 plus the sum of g_i e_i.
     pub(crate) stiff: T,
     /// 1 / s.
@@ -152,14 +153,14 @@ impl<const M: usize, const P: usize, T: Elementary> Memory<M, P, T> for BedMemor
         self.clock.go_on(dt_s, relaxation);
         let (shares, due) = (self.clock.shares(relaxation), self.clock.due(relaxation));
         self.clock.restart(&due);
-        Weights::new(shares, due)
+        Weights::new(shares, due.map(|share| share.unwrap_or(T::of(0.0))))
     }
 
     fn of_last_step(&self, relaxation: Option<&Relaxation<T>>) -> (Weights<T>, T) {
         let none = Relaxation::none();
         let relaxation = relaxation.unwrap_or(&none);
-        let Weights { stiff, .. } = Weights::new(self.clock.shares(relaxation), [None; BRANCHES]);
-        (Weights::new(self.clock.shares_left(relaxation), [None; BRANCHES]), stiff)
+        let Weights { stiff, .. } = Weights::new(self.clock.shares(relaxation), [T::of(0.0); BRANCHES]);
+        (Weights::new(self.clock.shares_left(relaxation), [T::of(0.0); BRANCHES]), stiff)
     }
 
     #[inline(always)]
@@ -214,7 +215,7 @@ impl<const M: usize, const P: usize, T: Scalar> BedMemory<M, P, T> {
 
 impl<T: Scalar> Weights<T> {
     #[inline(always)]
-    fn new(shares: [T; BRANCHES], due: [Option<T>; BRANCHES]) -> Self {
+    fn new(shares: [T; BRANCHES], due: [T; BRANCHES]) -> Self {
         let stiff = shares.iter().fold(T::of(1.0), |sum, share| sum + *share);
         Self { shares, due, stiff, per_stiff: T::of(1.0) / stiff }
     }
@@ -233,19 +234,15 @@ impl<T: Scalar> Weights<T> {
 
     #[inline(always)]
     fn follow(&self, memory: &mut [T; BRANCHES], to: T) {
-        for (memory, due) in memory.iter_mut().zip(&self.due) {
-            if let Some(share) = due {
-                *memory = part_way(*memory, to, *share);
-            }
+        for (memory, share) in memory.iter_mut().zip(&self.due) {
+            *memory += (to - *memory) * *share;
         }
     }
 
     #[inline(always)]
     fn stretch(&self, memory: &mut [[T; 2]; BRANCHES], to: [T; 2]) {
-        for (memory, due) in memory.iter_mut().zip(&self.due) {
-            if let Some(share) = due {
-                *memory = [part_way(memory[0], to[0], *share), part_way(memory[1], to[1], *share)];
-            }
+        for (memory, share) in memory.iter_mut().zip(&self.due) {
+            *memory = [0, 1].map(|k| memory[k] + (to[k] - memory[k]) * *share);
         }
     }
 
@@ -368,12 +365,12 @@ mod tests {
     }
 
     /// Follows closed paths of depth, slide and spin, in steps over four decades of time, some of no time, none or a very long one. Returns the
-    /// least work less what is stored, over what is exchanged.
+    /// least work less what is stored, over what is exchanged. In double precision checks each step as well: where a normal force that the
+    /// shear makes negative counts as 0, one loses up to 2e-5 of what the path exchanges.
     ///
     /// * `strengths`: whether the strength changes on the way, for springs without odd term, whose change does work
     fn least_loss<const P: usize, T: Elementary>(data: &Data, strengths: bool, paths: u32) -> f64 {
-        let data: DataOf<SPRINGS, NODES, T> =
-            Data { odd: if strengths { 0.0 } else { data.odd }, ..*data }.cast();
+        let data: DataOf<SPRINGS, NODES, T> = Data { odd: if strengths { 0.0 } else { data.odd }, ..*data }.cast();
         let mut random = Random(17);
         let (mut least, mut lost, mut worst) = (f64::INFINITY, 0.0, 0.0f64);
         for _ in 0..paths {
@@ -451,8 +448,12 @@ mod tests {
             worst = worst.min(at_once / exchanged.max(0.01));
             lost += work / exchanged.max(1e-9) / f64::from(paths);
         }
-        std::println!("P {P}, {} bits, strengths {strengths}: least {least:+.2e}, mean {lost:.3}, step {worst:+.1e}", 8 * size_of::<T>());
+        std::println!(
+            "P {P}, {} bits, strengths {strengths}: least {least:+.2e}, mean {lost:.3}, step {worst:+.1e}",
+            8 * size_of::<T>()
+        );
         assert!(lost > 0.1, "the mean loss is {lost}");
+        assert!(worst > -3e-5, "a step: {worst:e}");
         least
     }
 
@@ -460,9 +461,11 @@ mod tests {
         let shipped = *ModelFile::new(include_bytes!("../tests/data/fingertip.fpm")).unwrap().file().model.data();
         for data in [shipped, crate::build::Params::example().try_build().unwrap()] {
             for strengths in [false, true] {
-                let double = [least_loss::<1, f64>(&data, strengths, paths), least_loss::<2, f64>(&data, strengths, paths)];
+                let double =
+                    [least_loss::<1, f64>(&data, strengths, paths), least_loss::<2, f64>(&data, strengths, paths)];
                 assert!(double.iter().all(|least| *least > -1e-5), "{double:?}");
-                let single = [least_loss::<1, f32>(&data, strengths, paths), least_loss::<2, f32>(&data, strengths, paths)];
+                let single =
+                    [least_loss::<1, f32>(&data, strengths, paths), least_loss::<2, f32>(&data, strengths, paths)];
                 assert!(single.iter().all(|least| *least > -3e-4), "{single:?}");
             }
         }

@@ -60,11 +60,7 @@ struct Place<T> {
 
 impl<T: Scalar> Place<T> {
     #[inline(always)]
-    fn moved<const M: usize, const P: usize, R>(
-        state: &ForceStateOf<M, P, T, R>,
-        [x, y]: [T; 2],
-        spin: T,
-    ) -> Self {
+    fn moved<const M: usize, const P: usize, R>(state: &ForceStateOf<M, P, T, R>, [x, y]: [T; 2], spin: T) -> Self {
         let [at, low] = state.position;
         let (to_x, low_x) = add(at[0], low[0], x);
         let (to_y, low_y) = add(at[1], low[1], y);

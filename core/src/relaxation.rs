@@ -228,12 +228,6 @@ pub(crate) fn towards<T: Scalar>(memory: T, present: T, share: T) -> T {
     if away.magnitude() <= T::of(ROUNDING) * memory.magnitude() {
         return memory;
     }
-    part_way(memory, present, share)
-}
-
-/// The same for a present force without noise of rounding.
-#[inline(always)]
-pub(crate) fn part_way<T: Scalar>(memory: T, present: T, share: T) -> T {
-    let next = memory + (present - memory) * share;
+    let next = memory + away * share;
     if next == memory { present } else { next }
 }

@@ -55,7 +55,8 @@ pub(crate) fn step_springs<const M: usize, const N: usize, const P: usize, T: Sc
     let [energy_x, energy_y] = weights.get().map_or(energy, |weights| weights.energy(energy, bed.held, odd.0));
     let friction = [at.stiffness[0] * x, at.stiffness[1] * y];
     let (coupling, slope) = (at.press_coupling(data.cells_per_mm), at.stiffness_slope(data.cells_per_mm));
-    let normal = at.row.normal.at(at.t) * at.pressure + coupling * friction[0] + slope[0] * energy_x + slope[1] * energy_y;
+    let normal =
+        at.row.normal.at(at.t) * at.pressure + coupling * friction[0] + slope[0] * energy_x + slope[1] * energy_y;
     Load { normal, friction, moment: bed.moment, stick_ratio: bed.stick_ratio }
 }
 

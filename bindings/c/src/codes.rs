@@ -78,7 +78,7 @@ pub extern "C" fn fingerpad_error_text(code: i32) -> *const c_char {
         FINGERPAD_CHECKSUM => c"the checksum does not agree: damaged",
         FINGERPAD_ALIGNMENT => c"a pointer is not aligned (a model file must lie at an address divisible by 4)",
         FINGERPAD_SHAPE => c"made for another number of springs, table nodes, modes or patches",
-        FINGERPAD_SECTION => c"the file has another content (load a pad with fingerpad_pad_load, a bed with fingerpad_model_load), or an unknown effect",
+        FINGERPAD_SECTION => c"the file has another content (load a pad with fingerpad_pad_load, a bed with fingerpad_model_load), an unknown effect, or tissue that relaxes (section RELX)",
         FINGERPAD_RANGE => c"a value is not a number or out of its range",
         FINGERPAD_NOT_MONOTONE => c"a table of the file falls where it must not",
         FINGERPAD_NOT_PASSIVE => c"the file's numbers would let a closed path create energy",

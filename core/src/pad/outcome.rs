@@ -5,8 +5,8 @@
 use nalgebra::Vector3;
 
 use crate::math::Elementary;
-use crate::{Regime, Response, Status};
 use crate::relaxation::Perhaps;
+use crate::{Regime, Response, Status};
 
 use super::body::{Surface, spread, steepness};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch};

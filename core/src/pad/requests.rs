@@ -7,8 +7,8 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use crate::math::Elementary;
-use crate::tuning::Units;
 use crate::relaxation::Perhaps;
+use crate::tuning::Units;
 
 use super::Pad;
 use super::body::{InUnits, Surface};

@@ -14,8 +14,8 @@ use fingerpad::margin::{Margin, MarginObserver, Reading, Settings as MarginSetti
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, RelaxingPadState, Sphere};
 use fingerpad::{
-    BedMemory, Branch, Contact, Drive, Effects, File, ForceStateOf, Gradient, Grip, Model, Motion, NODES, Normal, Relaxation,
-    RelaxingState, Response, SPRINGS, SpinState, State, Surroundings, Tangential, Tuning,
+    BedMemory, Branch, Contact, Drive, Effects, File, ForceStateOf, Gradient, Grip, Model, Motion, NODES, Normal,
+    Relaxation, RelaxingState, Response, SPRINGS, SpinState, State, Surroundings, Tangential, Tuning,
 };
 use panic_never as _;
 

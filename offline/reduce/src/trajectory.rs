@@ -3,8 +3,8 @@
 //! Main types: [`check_path`], [`simulate_path`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
 use fingerpad::{
-    BedMemory, Contact, Drivable, Drive as CoreDrive, Effects, Memory, ModelOf, Motion, Normal, Regime, RelaxingStateOf, Response, StateOf,
-    Surroundings, Tangential,
+    BedMemory, Contact, Drivable, Drive as CoreDrive, Effects, Memory, ModelOf, Motion, Normal, Regime,
+    RelaxingStateOf, Response, StateOf, Surroundings, Tangential,
 };
 
 use fingerpad_fe::load_path::{self, Drive, Path, Turn, Turns, Waypoint};

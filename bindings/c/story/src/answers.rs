@@ -5,8 +5,8 @@ use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, ForceResponse, ForceState, Gradient, Memory, Model, Motion, Normal, Relaxation,
-    RelaxingState, Response, SPRINGS, SpinState, State, StateOf, Surroundings, Tangential, Tuning,
+    Contact, Drive, Driven, Error, File, ForceResponse, ForceState, Gradient, Memory, Model, Motion, Normal,
+    Relaxation, RelaxingState, Response, SPRINGS, SpinState, State, StateOf, Surroundings, Tangential, Tuning,
 };
 
 use crate::pad::{TellsPad, teller};

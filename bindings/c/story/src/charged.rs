@@ -2,7 +2,7 @@
 //! voltage and temperature.
 
 use fingerpad::Error;
-use fingerpad::build::{Data, EffectSlot, TableColumn, Sections};
+use fingerpad::build::{Data, EffectSlot, Sections, TableColumn};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
 use fingerpad::host::ModelFile;
 
