@@ -189,7 +189,8 @@ impl<const M: usize, const P: usize, T: Scalar> BedMemory<M, P, T> {
     /// What the branches of a spring, of a pair, hold.
     #[inline(always)]
     pub(crate) fn hold(&self, weights: &Weights<T>, spring: usize, of_pair: usize) -> Hold<T> {
-        let stretch = &self.stretch[spring][of_pair];
+        let none = [[T::of(0.0); 2]; BRANCHES];
+        let stretch = self.stretch.get(spring).and_then(|pair| pair.get(of_pair)).unwrap_or(&none);
         let (mut shift, mut square) = ([T::of(-0.0); 2], [T::of(-0.0); 2]);
         for (share, stretch) in weights.shares.iter().zip(stretch) {
             for k in 0..2 {
@@ -204,7 +205,9 @@ impl<const M: usize, const P: usize, T: Scalar> BedMemory<M, P, T> {
     /// The memory of a spring follows its displacement, mm.
     #[inline(always)]
     pub(crate) fn stretch(&mut self, weights: &Weights<T>, spring: usize, of_pair: usize, to: [T; 2]) {
-        weights.stretch(&mut self.stretch[spring][of_pair], to);
+        if let Some(stretch) = self.stretch.get_mut(spring).and_then(|pair| pair.get_mut(of_pair)) {
+            weights.stretch(stretch, to);
+        }
     }
 
     /// Whether a step can leave such clocks.
