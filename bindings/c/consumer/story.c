@@ -97,7 +97,9 @@ static void use_model(unsigned k)
     {
         static const fingerpad_branch branches[3] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}};
         must(fingerpad_model_load(&soft, bytes_of(&files[0]), files[0].length), "model");
-        must(fingerpad_model_relax(&soft, branches, 3), "branches");
+        if (fingerpad_model_relax(&soft, branches, 3) != FINGERPAD_OK) {
+            (void)printf("refused ");
+        }
         must(fingerpad_relaxing_state_init(&soft_plain), "relaxing state");
         must(fingerpad_relaxing_spin_state_init(&soft_spin), "relaxing spin state");
     }
