@@ -744,7 +744,7 @@ static void relaxing_beds(fingerpad_model model, fingerpad_model charged, const 
     must(fingerpad_relaxing_state_restore(&model, &zeroed, bytes, sizeof bytes), "restore");
     motion.dt_s = 1e-7f;
     must(fingerpad_relaxing_step(&model, &zeroed, motion, &r), "as at first");
-    expect_true(fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-6f, "a restored state of a bed remembers");
+    expect_true(fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-4f, "a restored state of a bed remembers");
     must(fingerpad_model_relax(&model, NULL, 0), "no branches any more");
     must(fingerpad_step(&model, &plain, motion, &r), "a step of a bed that does not relax");
     expect(fingerpad_relaxing_state_restore(&model, &state, bytes, sizeof bytes), FINGERPAD_OTHER_MODEL, "a state of other branches");
