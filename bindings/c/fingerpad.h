@@ -50,7 +50,8 @@
 
 // A section of the file is missing, or an effect in it is unknown. From `fingerpad_model_load`: the file is not that of a bed;
 // a pad's file goes to `fingerpad_pad_load`. From `fingerpad_pad_load`: the file is not that of a pad; a bed's file goes to
-// `fingerpad_model_load`.
+// `fingerpad_model_load`, or of tissue that relaxes to `fingerpad_relaxing_model_load`. Also for branches beside the effect
+// `normal_relaxation`.
 #define FINGERPAD_SECTION 7
 
 // A value is not a number or out of its range.
@@ -138,6 +139,12 @@
 // The same of a pad that relaxes.
 #define FINGERPAD_RELAXING_PAD_STATE_BYTES 4376
 
+// Bytes of a saved state of a bed that relaxes.
+#define FINGERPAD_RELAXING_STATE_BYTES 252
+
+// The same of a contact that spins.
+#define FINGERPAD_RELAXING_SPIN_STATE_BYTES 380
+
 // Bytes of a saved state.
 #define FINGERPAD_STATE_BYTES 120
 
@@ -216,7 +223,7 @@
 // The model file of a bed of springs in use: one pose of the finger, on a plane. Set it up with `fingerpad_model_load`; the file
 // must stay where it is. May be copied, and read by several threads as long as none changes it.
 typedef struct {
-  uint64_t opaque[16];
+  uint64_t opaque[18];
 } fingerpad_model;
 
 // All that a contact remembers. Set it up with `fingerpad_state_init`. Plain memory: copy it to go back to it in the same
@@ -259,7 +266,7 @@ typedef struct {
   float friction_limit_n;
   // 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
   float slip_margin;
-  // The margin that is left when the tissue of a pad has relaxed at the present depth, if the load stays: 0 where the load slips before.
+  // The margin that is left when the tissue has relaxed at the present depth, if the load stays: 0 where the load slips before.
   // The slip margin itself where nothing relaxes.
   float slip_margin_relaxed;
   // Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.
@@ -566,6 +573,14 @@ typedef struct {
   uint32_t status;
 } fingerpad_margin;
 
+// A branch of tissue that relaxes: a stiffness that forgets.
+typedef struct {
+  // Its stiffness over that of the relaxed tissue, 0 to 100.
+  float share;
+  // The time in which it forgets, s: 1e-5 to 1e5.
+  float time_s;
+} fingerpad_branch;
+
 // What a model file says of itself.
 typedef struct {
   // Largest depth for which the model was fitted, mm, for the finger in use.
@@ -584,6 +599,8 @@ typedef struct {
   size_t meta_length;
   // Number of columns of the user's own that tables of the file read; `fingerpad_model_own_column` describes each.
   uint32_t own_columns;
+  // Number of branches of tissue that relaxes; 0 for tissue that does not. Their states are `fingerpad_relaxing_state`.
+  uint32_t branches;
 } fingerpad_model_info;
 
 // A column of the user's own (a voltage, a humidity) that tables of a model file read.
@@ -599,14 +616,6 @@ typedef struct {
   // The value under which the model was calibrated.
   float reference;
 } fingerpad_own_column;
-
-// A branch of tissue that relaxes: a stiffness that forgets.
-typedef struct {
-  // Its stiffness over that of the relaxed tissue, 0 to 100.
-  float share;
-  // The time in which it forgets, s: 1e-5 to 1e5.
-  float time_s;
-} fingerpad_branch;
 
 // What a pad's file says of itself.
 typedef struct {
@@ -721,6 +730,17 @@ typedef struct {
   // Share of its strength that friction uses.
   float used;
 } fingerpad_patch;
+
+// All that a contact of a bed remembers whose tissue relaxes: 240 bytes. Set it up with `fingerpad_relaxing_state_init`. With a bed that does
+// not relax it is a `fingerpad_state` with unused room. Plain memory, as `fingerpad_state`.
+typedef struct {
+  uint32_t opaque[60];
+} fingerpad_relaxing_state;
+
+// The same of a contact that also spins: 368 bytes. Set it up with `fingerpad_relaxing_spin_state_init`.
+typedef struct {
+  uint32_t opaque[92];
+} fingerpad_relaxing_spin_state;
 
 // When a watch reports a change: thresholds that differ by direction (hysteresis), and the number of looks that must
 // show it (debounce). `fingerpad_watch_settings_default` gives the usual ones.
@@ -951,10 +971,16 @@ int32_t fingerpad_margin_step(fingerpad_margin_observer *observer,
 // stay unchanged as long as the model. Takes some 20 instructions a byte.
 //
 // Returns FINGERPAD_OK, or why the file is refused; then the model is as one that was unloaded. FINGERPAD_SECTION: the file has
-// no bed in it; if it is the file of a pad, use `fingerpad_pad_load`.
+// no bed in it; if it is the file of a pad, use `fingerpad_pad_load`, and if its tissue relaxes, `fingerpad_relaxing_model_load`.
 int32_t fingerpad_model_load(fingerpad_model *model,
                              const uint8_t *file,
                              size_t length);
+
+// The same, also for tissue that relaxes by the branches of its file. With such tissue the functions of `fingerpad_relaxing_state` and
+// `fingerpad_relaxing_spin_state`, describe, tune and least grip work; all others return FINGERPAD_NOT_SET_UP.
+int32_t fingerpad_relaxing_model_load(fingerpad_model *model,
+                                      const uint8_t *file,
+                                      size_t length);
 
 // Marks a model as not set up, so that using it after its file is gone is refused.
 int32_t fingerpad_model_unload(fingerpad_model *model);
@@ -967,6 +993,15 @@ int32_t fingerpad_model_tune(fingerpad_model *model,
                              float size,
                              float stiffness,
                              float lambda);
+
+// Gives the tissue other branches than the file's, as `fingerpad_pad_relax`; none with a `count` of 0. A state belongs to one such choice:
+// initialise it again afterwards. See `fingerpad_relaxing_model_load` for what works with such a model.
+//
+// Returns FINGERPAD_OK, or FINGERPAD_SHAPE for too many, FINGERPAD_RANGE, also for shares with which a fast press would exceed the range of
+// the bed's springs, FINGERPAD_SECTION for a file with the effect `normal_relaxation`; then nothing changes.
+int32_t fingerpad_model_relax(fingerpad_model *model,
+                              const fingerpad_branch *branches,
+                              size_t count);
 
 // What a model file says of itself.
 int32_t fingerpad_model_describe(const fingerpad_model *model, fingerpad_model_info *info);
@@ -1146,6 +1181,85 @@ int32_t fingerpad_pad_state_restore(const fingerpad_pad *pad,
                                     const uint8_t *bytes,
                                     size_t length);
 
+// A finger in the air, with a strength factor of 1.
+int32_t fingerpad_relaxing_state_init(fingerpad_relaxing_state *state);
+
+// As `fingerpad_state_set_strength_factor`.
+int32_t fingerpad_relaxing_state_set_strength_factor(fingerpad_relaxing_state *state, float factor);
+
+// As `fingerpad_state_save`, FINGERPAD_RELAXING_STATE_BYTES bytes.
+int32_t fingerpad_relaxing_state_save(const fingerpad_model *model,
+                                      const fingerpad_relaxing_state *state,
+                                      uint8_t *bytes,
+                                      size_t length);
+
+// As `fingerpad_state_restore`, FINGERPAD_RELAXING_STATE_BYTES bytes of the same model file and branches.
+int32_t fingerpad_relaxing_state_restore(const fingerpad_model *model,
+                                         fingerpad_relaxing_state *state,
+                                         const uint8_t *bytes,
+                                         size_t length);
+
+// As `fingerpad_step`. A step of no valid length is flagged and freezes the memory.
+int32_t fingerpad_relaxing_step(const fingerpad_model *model,
+                                fingerpad_relaxing_state *state,
+                                fingerpad_motion motion,
+                                fingerpad_response *response);
+
+// As `fingerpad_step_driven`.
+int32_t fingerpad_relaxing_step_driven(const fingerpad_model *model,
+                                       fingerpad_relaxing_state *state,
+                                       fingerpad_drive drive,
+                                       fingerpad_response *response,
+                                       fingerpad_motion *motion);
+
+// As `fingerpad_state_gradient`: for another motion in the last step.
+int32_t fingerpad_relaxing_state_gradient(const fingerpad_model *model,
+                                          const fingerpad_relaxing_state *state,
+                                          float depth_mm,
+                                          float slide_x_mm,
+                                          float slide_y_mm,
+                                          fingerpad_gradient *gradient);
+
+// The same whose contact will also spin.
+int32_t fingerpad_relaxing_spin_state_init(fingerpad_relaxing_spin_state *state);
+
+// As `fingerpad_state_set_strength_factor`.
+int32_t fingerpad_relaxing_spin_state_set_strength_factor(fingerpad_relaxing_spin_state *state,
+                                                          float factor);
+
+// As `fingerpad_state_save`, FINGERPAD_RELAXING_SPIN_STATE_BYTES bytes.
+int32_t fingerpad_relaxing_spin_state_save(const fingerpad_model *model,
+                                           const fingerpad_relaxing_spin_state *state,
+                                           uint8_t *bytes,
+                                           size_t length);
+
+// As `fingerpad_state_restore`, FINGERPAD_RELAXING_SPIN_STATE_BYTES bytes of the same model file and branches.
+int32_t fingerpad_relaxing_spin_state_restore(const fingerpad_model *model,
+                                              fingerpad_relaxing_spin_state *state,
+                                              const uint8_t *bytes,
+                                              size_t length);
+
+// As `fingerpad_spin_step`. A step of no valid length is flagged and freezes the memory.
+int32_t fingerpad_relaxing_spin_step(const fingerpad_model *model,
+                                     fingerpad_relaxing_spin_state *state,
+                                     fingerpad_motion motion,
+                                     fingerpad_response *response);
+
+// As `fingerpad_spin_step_driven`.
+int32_t fingerpad_relaxing_spin_step_driven(const fingerpad_model *model,
+                                            fingerpad_relaxing_spin_state *state,
+                                            fingerpad_drive drive,
+                                            fingerpad_response *response,
+                                            fingerpad_motion *motion);
+
+// As `fingerpad_spin_state_gradient`: for another motion in the last step.
+int32_t fingerpad_relaxing_spin_state_gradient(const fingerpad_model *model,
+                                               const fingerpad_relaxing_spin_state *state,
+                                               float depth_mm,
+                                               float slide_x_mm,
+                                               float slide_y_mm,
+                                               fingerpad_gradient *gradient);
+
 // The gradient at a state for a motion that goes on in the direction (depth, slide x, slide y; any length). One-sided where
 // the law has kinks: springs on their limit slip if the direction loads them further; with zeros all springs stick. 0 without
 // contact, and 0 along depth beyond the tables. NaN in the direction counts as 0.
@@ -1166,7 +1280,7 @@ int32_t fingerpad_spin_state_gradient(const fingerpad_model *model,
 
 // The least depth and normal force at which friction of the load, N, leaves the slip margin `margin` (0 to 0.95), even if the
 // finger holds less than the model says by the half-width of its 95 % band; `strength_factor` as in
-// `fingerpad_state_set_strength_factor`.
+// `fingerpad_state_set_strength_factor`. Tissue that relaxes has relaxed then: the grip holds the load for good.
 int32_t fingerpad_least_grip(const fingerpad_model *model,
                              float load_x_n,
                              float load_y_n,

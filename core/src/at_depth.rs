@@ -1,8 +1,9 @@
 //! The tables of a model at the depth of a step.
 //!
-//! Main type: [`AtDepth`]. Uses data, tuning and table.
+//! Main type: [`AtDepth`]. Uses data, tuning, memory and table.
 
 use crate::math::Scalar;
+use crate::memory::Pressure;
 use crate::table::Row;
 use crate::{ForceStateOf, ModelOf, Status};
 
@@ -14,8 +15,14 @@ pub(crate) struct AtDepth<'a, const M: usize, T> {
     /// Depth in cells of the tables.
     pub(crate) cells: T,
     pub(crate) depth: T,
+    /// Factor on the strength of relaxed tissue.
+    pub(crate) strength: T,
     /// Factor on the springs' radii.
     pub(crate) radius: T,
+    /// Normal force over that of the relaxed tissue; 1 where nothing relaxes.
+    pub(crate) pressure: T,
+    /// Strength over that of the relaxed tissue.
+    pub(crate) gain: T,
     pub(crate) limit: T,
     pub(crate) stiffness: [T; 2],
 }
@@ -24,9 +31,9 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
     /// Reads the tables. A depth beyond them is limited to their end and flagged. Also returns the slide equivalent to the press,
     /// mm.
     #[inline(always)]
-    pub(crate) fn look_up<const N: usize, const P: usize>(
+    pub(crate) fn look_up<const N: usize, const P: usize, R>(
         model: &ModelOf<'a, M, N, T>,
-        state: &ForceStateOf<M, P, T>,
+        state: &ForceStateOf<M, P, T, R>,
         mut depth: T,
         status: &mut Status,
     ) -> (Self, T) {
@@ -46,17 +53,28 @@ impl<'a, const M: usize, T: Scalar> AtDepth<'a, M, T> {
             cells = last;
         }
         let row = &data.rows[index];
-        let radius = state.strength_factor * units.strength;
+        let strength = state.strength_factor * units.strength;
         let at = Self {
             row,
             t,
             cells,
             depth,
-            radius,
-            limit: row.limit.at(t) * radius,
+            strength,
+            radius: strength,
+            pressure: T::of(1.0),
+            gain: T::of(1.0),
+            limit: row.limit.at(t) * strength,
             stiffness: [row.stiffness_x.at(t), row.stiffness_y.at(t)],
         };
         (at, row.press_slide.at(t))
+    }
+
+    /// The strength follows the pressure.
+    #[inline(always)]
+    pub(crate) fn press(&mut self, pressure: &Pressure<T>) {
+        (self.pressure, self.gain) = (pressure.share, pressure.strength);
+        self.radius *= self.gain;
+        self.limit *= self.gain;
     }
 
     /// Change of the limit with depth, N/mm.

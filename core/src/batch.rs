@@ -2,6 +2,7 @@
 //!
 //! Main types: [`Motions`], [`Forces`]. Uses step.
 
+use crate::memory::Memory;
 use crate::{ModelOf, Motion, Regime, Response, StateOf, Status};
 
 /// Motions of many contacts, one element per contact in each slice; see [`Motion`].
@@ -98,9 +99,9 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     ///
     /// # Errors
     /// [`BatchLength`], before any contact moves.
-    pub fn step_batch<const P: usize>(
+    pub fn step_batch<const P: usize, R: Memory<M, P, f32>>(
         &self,
-        states: &mut [StateOf<M, P>],
+        states: &mut [StateOf<M, P, f32, R>],
         motions: Motions<'_>,
         forces: &mut Forces<'_>,
     ) -> Result<(), BatchLength> {

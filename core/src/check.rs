@@ -2,12 +2,12 @@
 //!
 //! [`DataOf::check`] is run on parameters and on files alike. Uses model, table, error.
 
-use crate::Error;
 use crate::build::DataOf;
 use crate::error::Field;
 use crate::math::Scalar;
 use crate::spring::ODD_MAX;
 use crate::table::{Line, Parabola, Row};
+use crate::{Error, Relaxation};
 
 fn in_range<T: Scalar>(what: Field, index: usize, value: T, low: f32, high: f32) -> Result<(), Error> {
     let value = value.to_f32();
@@ -16,6 +16,9 @@ fn in_range<T: Scalar>(what: Field, index: usize, value: T, low: f32, high: f32)
 
 /// Longest slide at which a spring may start to slip, mm: a slide that is limited to 64 mm still exceeds it at the largest strength.
 const RADIUS_MAX_MM: f32 = 10.0;
+
+/// The same with branches, whose fast presses raise the limits: the slope of the force is at least a tenth of that without shear.
+const ODD_MAX_RELAXING: f32 = 0.45;
 
 /// Strength factor up to which a model must keep its normal force positive, and with it its energy.
 const STRENGTH: f32 = 2.0;
@@ -95,6 +98,23 @@ impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
                         self.check_passive(row, i, T::of(t), cell)?;
                     }
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses numbers with which tissue of these branches could create energy.
+    ///
+    /// The pressure of a fast press is up to s = 1 + the sum of the shares times that of relaxed tissue, and the limits up to s to the power of the
+    /// exponent. The inequalities of [`DataOf::check`] keep their order for exponents up to 1: normal force and stiffness grow by s.
+    pub(crate) fn check_relaxation(&self, relaxation: &Relaxation<T>) -> Result<(), Error> {
+        in_range(Field::PressureExponent, 0, self.pressure_exponent, 0.0, 1.0)?;
+        let stiff = relaxation.branches().iter().fold(T::of(1.0), |sum, branch| sum + branch.share);
+        let strength = stiff.power(self.pressure_exponent);
+        for (i, row) in self.rows.iter().enumerate() {
+            for radius in &row.radius {
+                let odd = T::of(1.29) * radius.value * strength * self.odd.magnitude();
+                in_range(Field::OddStiffness, i + 1, odd, 0.0, ODD_MAX_RELAXING)?;
             }
         }
         Ok(())

@@ -5,9 +5,10 @@
 use bytemuck::{AnyBitPattern, Zeroable};
 
 use crate::math::Scalar;
+use crate::memory::Memory;
 use crate::table::Row;
 use crate::tuning::Units;
-use crate::{Motion, Response, StateOf, step};
+use crate::{Error, Motion, Relaxation, Response, StateOf, step};
 
 /// Springs of the default model.
 pub const SPRINGS: usize = 4;
@@ -85,12 +86,15 @@ unsafe impl<const M: usize, const N: usize> Zeroable for DataOf<M, N, f32> {}
 #[allow(unsafe_code)]
 unsafe impl<const M: usize, const N: usize> AnyBitPattern for DataOf<M, N, f32> {}
 
-/// A model ready to step: the numbers in flash, and the units of the finger; see [`ModelOf::tuned`].
+/// A model ready to step: the numbers in flash, the units of the finger, see [`ModelOf::tuned`], and the branches of its tissue, see
+/// [`ModelOf::with_relaxation`].
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModelOf<'a, const M: usize, const N: usize, T = f32> {
     pub(crate) data: &'a DataOf<M, N, T>,
     pub(crate) units: Units<T>,
+    /// The branches of the tissue; none where it does not relax.
+    pub(crate) relaxation: Option<&'a Relaxation<T>>,
 }
 
 impl<'a, const M: usize, const N: usize, T: Scalar> ModelOf<'a, M, N, T> {
@@ -113,8 +117,35 @@ impl<'a, const M: usize, const N: usize, T: Scalar> ModelOf<'a, M, N, T> {
 
     /// [`step()`] as a method.
     #[inline]
-    pub fn step<const P: usize>(&self, state: &mut StateOf<M, P, T>, motion: Motion<T>) -> Response<T> {
+    pub fn step<const P: usize, R: Memory<M, P, T>>(
+        &self,
+        state: &mut StateOf<M, P, T, R>,
+        motion: Motion<T>,
+    ) -> Response<T> {
         step(self, state, motion)
+    }
+
+    /// The same finger, whose tissue has these branches. A [`StateOf`] that relaxes ([`StateOf::relaxing`]) follows them; with another one the
+    /// finger is that of the relaxed tissue, whatever the time step is.
+    ///
+    /// # Errors
+    /// [`Error::Range`] for an exponent of the friction law outside 0 to 1, and for an odd stiffness with which the force of a spring on
+    /// its limit would not rise at the pressure of a fast press ([`DataOf::check`]).
+    pub fn with_relaxation(self, relaxation: &'a Relaxation<T>) -> Result<Self, Error> {
+        if relaxation.is_some() {
+            self.data.check_relaxation(relaxation)?;
+        }
+        Ok(self.with_relaxation_unchecked(relaxation))
+    }
+
+    /// The same without the check, for branches that passed it with these numbers.
+    pub fn with_relaxation_unchecked(self, relaxation: &'a Relaxation<T>) -> Self {
+        Self { relaxation: relaxation.is_some().then_some(relaxation), ..self }
+    }
+
+    /// The branches of its tissue; none where it does not relax.
+    pub fn relaxation(&self) -> Option<&'a Relaxation<T>> {
+        self.relaxation
     }
 
     /// Cells of the tables per mm of depth.
@@ -162,12 +193,12 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
 impl<const M: usize, const N: usize, T: Scalar> DataOf<M, N, T> {
     /// A model on these numbers as they are; see [`crate::build::ParamsOf::build_unchecked`].
     pub fn model_unchecked(&self) -> ModelOf<'_, M, N, T> {
-        ModelOf { data: self, units: Units::fitted() }
+        ModelOf { data: self, units: Units::fitted(), relaxation: None }
     }
 
     /// A model on these numbers, after [`DataOf::check`].
-    pub fn model(&self) -> Result<ModelOf<'_, M, N, T>, crate::Error> {
+    pub fn model(&self) -> Result<ModelOf<'_, M, N, T>, Error> {
         self.check()?;
-        Ok(ModelOf { data: self, units: Units::fitted() })
+        Ok(self.model_unchecked())
     }
 }

@@ -2,6 +2,9 @@
 //!
 //! Main types: [`Drive`], [`Driven`]. Uses step, gradient.
 
+use bytemuck::Pod;
+
+use crate::memory::Memory;
 use crate::model::Drivable;
 use crate::{Gradient, ModelOf, Motion, Response, StateOf, Status};
 
@@ -94,7 +97,11 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     ///
     /// Mostly two or three rounds; 2200 to 6400 instructions when driven by normal force, more when driven by normal
     /// force and friction (counted over 512 steps each; the most where the force is out of reach).
-    pub fn step_driven<const P: usize>(&self, state: &mut StateOf<M, P>, drive: Drive) -> Driven {
+    pub fn step_driven<const P: usize, R: Memory<M, P, f32> + Pod>(
+        &self,
+        state: &mut StateOf<M, P, f32, R>,
+        drive: Drive,
+    ) -> Driven {
         driven(self, state, drive)
     }
 }

@@ -1,5 +1,7 @@
 //! Errors before a step: files and parameters that are refused.
 
+use crate::sections::RELAXATION;
+
 /// Why a model file, a set of parameters, an effect slot or a saved state was refused.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +72,8 @@ pub enum Error {
         /// Checksum of the present model.
         expected: u32,
     },
+    /// The tissue would relax twice: by its branches (section `RELX`) and by the effect `normal_relaxation`.
+    RelaxesTwice,
     /// A bed of springs touches flat faces alone, and the shape has a curved one; a pad touches it.
     Curved,
     /// A buffer is too small.
@@ -167,6 +171,9 @@ impl core::fmt::Display for Error {
             Self::Shape { elements, nodes } => {
                 write!(f, "made for {elements} springs and {nodes} table nodes, which is not what is used here")
             }
+            Self::Section { id: RELAXATION } => {
+                f.write_str("section RELX: tissue that relaxes, which is not followed here")
+            }
             Self::Section { id } => write!(
                 f,
                 "section {}{}{}{} is missing or not understood",
@@ -182,6 +189,9 @@ impl core::fmt::Display for Error {
             }
             Self::OtherModel { found, expected } => {
                 write!(f, "the state was saved with another model (numbers {found:08x}, here {expected:08x})")
+            }
+            Self::RelaxesTwice => {
+                f.write_str("section RELX beside the effect normal_relaxation: the tissue would relax twice")
             }
             Self::Curved => f.write_str("a bed of springs touches planes and boxes alone; use a pad for this shape"),
             Self::Buffer { needed } => write!(f, "the buffer is too small: {needed} bytes are needed"),

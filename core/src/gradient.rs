@@ -1,9 +1,11 @@
 //! Derivatives of the forces over a further motion.
 //!
-//! Main type: [`Gradient`]. Uses data, state.
+//! Main type: [`Gradient`]. Uses data, state and memory.
 
 use crate::math::Scalar;
+use crate::memory::Memory;
 use crate::plane::spring_positions;
+use crate::relaxation::Perhaps;
 use crate::spring::{DIV_EPS, QuadraticStiffness, SLACK_MM, Sums};
 use crate::{ModelOf, StateOf};
 
@@ -26,8 +28,13 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
     ///
     /// One-sided where the law has kinks: springs on their limit slip if `direction` loads them further. With a direction
     /// of zeros all springs stick. 0 without contact and 0 along depth beyond the tables. NaN in `direction` counts as 0.
-    /// With spin: at a fixed angle.
-    pub fn gradient<const P: usize>(&self, state: &StateOf<M, P, T>, direction: [T; 3]) -> Gradient<T> {
+    /// With spin: at a fixed angle. Where the tissue relaxes: for another motion in the last step, without the dependence of strength on
+    /// pressure.
+    pub fn gradient<const P: usize, R: Memory<M, P, T>>(
+        &self,
+        state: &StateOf<M, P, T, R>,
+        direction: [T; 3],
+    ) -> Gradient<T> {
         let (data, units) = (self.data, &self.units);
         let (zero, one, two) = (T::of(0.0), T::of(1.0), T::of(2.0));
         if !state.in_contact() {
@@ -43,36 +50,44 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         let press = row.press_slide.slope_at(t) * per_mm;
         let dpress = two * row.press_slide.bend * per_mm * per_mm;
         let press_slide = row.press_slide.at(t);
-        let radius_factor = units.strength * state.forces.strength_factor;
+        let mut memory = state.forces.memory;
+        let (weights, stiff) = memory.of_last_step(self.relaxation);
+        let factor = units.strength * state.forces.strength_factor;
+        let odd = QuadraticStiffness(data.odd / factor);
+        let pressure = memory.press(&weights, row.normal.at(t), data.pressure_exponent);
+        let radius_factor = pressure.map_or(factor, |pressure| factor * pressure.strength);
         let (shift, dshift) = (row.yield_shift.at(t), row.yield_shift.change * per_mm);
         let (anisotropy, danisotropy) = (row.anisotropy.at(t), row.anisotropy.change * per_mm);
         let ratio = ky / kx;
         let wide = one + shift * shift;
-        let odd = QuadraticStiffness(data.odd / radius_factor);
         let share = T::of(1.0 / P as f32);
         let here = [state.forces.position[0][0] + press_slide, state.forces.position[0][1], state.forces.angle[0]];
 
         // Sums over the springs, over the stiffness, and their rates along depth, slide x and slide y.
         let mut sums = Sums::new();
         let (mut force_rate, mut energy_rate) = ([[zero; 3]; 2], [[zero; 3]; 2]);
-        for ((pair, spring), line) in state.forces.anchor.iter().zip(&data.springs).zip(&row.radius) {
+        for (j, ((pair, spring), line)) in state.forces.anchor.iter().zip(&data.springs).zip(&row.radius).enumerate() {
             let radius = line.at(t) * radius_factor;
             let dradius = line.change * per_mm * radius_factor;
             // A spring that does not touch follows without force.
             if !(radius > zero) {
                 continue;
             }
-            for (anchor, [x, y]) in pair.iter().zip(spring_positions::<P, T>(here, spring)) {
-                let (ux, uy) = (x - anchor[0], y - anchor[1]);
+            for (k, (anchor, [x, y])) in pair.iter().zip(spring_positions::<P, T>(here, spring)).enumerate() {
+                let mut u = [x - anchor[0], y - anchor[1]];
+                if let (Some(weights), Some(memory)) = (weights.get(), memory.get()) {
+                    u = memory.hold(weights, j, k).pulling(u);
+                }
+                let [ux, uy] = u;
                 let (vx, vy) = (ux - shift * radius, uy * anisotropy);
-                let mut rate = [[press, one, zero], [zero, zero, one]];
+                let mut rate = [[press * stiff, stiff, zero], [zero, zero, stiff]];
                 // Half of the rate of v² − R² (1 + alpha²).
                 let outward = [
-                    vx * (press - dshift * radius - shift * dradius) + vy * (uy * danisotropy)
+                    vx * (press * stiff - dshift * radius - shift * dradius) + vy * (uy * danisotropy)
                         - radius * dradius * wide
                         - radius * radius * shift * dshift,
-                    vx,
-                    vy * anisotropy,
+                    vx * stiff,
+                    vy * anisotropy * stiff,
                 ];
                 let total = outward[0] * direction[0] + outward[1] * direction[1] + outward[2] * direction[2];
                 let square = radius * radius * wide;
@@ -101,9 +116,10 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
         let mut friction = [force_rate[0].map(|f| kx * f), force_rate[1].map(|f| ky * f)];
         friction[0][0] += dkx * force[0];
         friction[1][0] += dky * force[1];
-        let mut normal: [T; 3] =
-            core::array::from_fn(|i| press * friction[0][i] + dkx * energy_rate[0][i] + dky * energy_rate[1][i]);
-        normal[0] += row.normal.change * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
+        let mut normal: [T; 3] = core::array::from_fn(|i| {
+            press * friction[0][i] + (dkx * energy_rate[0][i] + dky * energy_rate[1][i]) / stiff
+        });
+        normal[0] += stiff * row.normal.change * per_mm + dpress * kx * force[0] + ddkx * energy[0] + ddky * energy[1];
         if state.forces.depth >= self.depth_max_mm() {
             (normal[0], friction[0][0], friction[1][0]) = (zero, zero, zero);
         }

@@ -22,6 +22,7 @@ mod grip;
 pub mod haptics;
 pub mod margin;
 mod math;
+mod memory;
 mod model;
 mod model_file;
 #[cfg(feature = "std")]
@@ -47,7 +48,7 @@ pub mod build {
     pub use crate::data::{Data, DataOf, Spring};
     pub use crate::model_file::{MAGIC, VERSION};
     pub use crate::params::{Node, Params, ParamsOf, SpringParams};
-    pub use crate::sections::{EffectSlot, TableColumn, Tables};
+    pub use crate::sections::{EffectSlot, Sections, TableColumn};
     pub use crate::table::{Line, Parabola, Row};
 }
 /// For programs on a host: batches of contacts, and model files that own their bytes.
@@ -67,12 +68,13 @@ pub use error::{Error, Field};
 pub use gradient::Gradient;
 pub use grip::Grip;
 pub use math::{Elementary, Scalar};
+pub use memory::{BedMemory, Memory};
 pub use model::{Drivable, FingerModel};
 pub use model_file::{File, FileOf};
 pub use regime::{Regime, Status};
 pub use relaxation::{BRANCHES, Branch, Relaxation};
 pub use response::{ForceResponse, Motion, Response};
-pub use save::{STATE_BYTES, state_bytes};
-pub use state::{ForceState, ForceStateOf, SpinState, State, StateOf};
+pub use save::{STATE_BYTES, relaxing_state_bytes, state_bytes};
+pub use state::{ForceState, ForceStateOf, RelaxingState, RelaxingStateOf, SpinState, State, StateOf};
 pub use step::step;
 pub use tuning::Tuning;

@@ -2,7 +2,10 @@
 //!
 //! Main traits: [`FingerModel`], [`Drivable`]. Uses step, drive and gradient.
 
+use bytemuck::Pod;
+
 use crate::drive::driven;
+use crate::memory::Memory;
 use crate::{Drive, Driven, Error, Gradient, ModelOf, Motion, Response, StateOf, Tuning, step};
 
 /// A model of a finger that touches one body; `S` is the state of a contact.
@@ -73,44 +76,48 @@ pub trait Drivable<S: Clone>: FingerModel<S> {
     }
 }
 
-impl<const M: usize, const N: usize, const P: usize> FingerModel<StateOf<M, P>> for ModelOf<'_, M, N> {
-    fn fresh(&self) -> Result<StateOf<M, P>, Error> {
+impl<const M: usize, const N: usize, const P: usize, R: Memory<M, P, f32> + Pod> FingerModel<StateOf<M, P, f32, R>>
+    for ModelOf<'_, M, N>
+{
+    fn fresh(&self) -> Result<StateOf<M, P, f32, R>, Error> {
         Ok(StateOf::default())
     }
-    fn step(&self, state: &mut StateOf<M, P>, motion: Motion) -> Response {
+    fn step(&self, state: &mut StateOf<M, P, f32, R>, motion: Motion) -> Response {
         step(self, state, motion)
     }
-    fn in_contact(&self, state: &StateOf<M, P>) -> bool {
+    fn in_contact(&self, state: &StateOf<M, P, f32, R>) -> bool {
         state.in_contact()
     }
-    fn depth_mm(&self, state: &StateOf<M, P>) -> f32 {
+    fn depth_mm(&self, state: &StateOf<M, P, f32, R>) -> f32 {
         state.depth_mm()
     }
     fn depth_max_mm(&self) -> f32 {
         ModelOf::depth_max_mm(self)
     }
-    fn set_strength_factor(&self, state: &mut StateOf<M, P>, factor: f32) -> f32 {
+    fn set_strength_factor(&self, state: &mut StateOf<M, P, f32, R>, factor: f32) -> f32 {
         state.set_strength_factor(factor)
     }
     fn tuned(&self, tuning: Tuning) -> Result<Self, Error> {
         ModelOf::tuned(self, tuning)
     }
-    fn save(&self, state: &StateOf<M, P>, model: u32, out: &mut [u8]) -> Result<usize, Error> {
+    fn save(&self, state: &StateOf<M, P, f32, R>, model: u32, out: &mut [u8]) -> Result<usize, Error> {
         state.write_bytes(model, out)
     }
-    fn restore(&self, model: u32, bytes: &[u8]) -> Result<StateOf<M, P>, Error> {
+    fn restore(&self, model: u32, bytes: &[u8]) -> Result<StateOf<M, P, f32, R>, Error> {
         StateOf::read_bytes(model, bytes)
     }
 }
 
-impl<const M: usize, const N: usize, const P: usize> Drivable<StateOf<M, P>> for ModelOf<'_, M, N> {
+impl<const M: usize, const N: usize, const P: usize, R: Memory<M, P, f32> + Pod> Drivable<StateOf<M, P, f32, R>>
+    for ModelOf<'_, M, N>
+{
     const CONTENT: f32 = 4e-6;
     type Scale = ();
 
     fn together(error: f32, halves: bool) -> bool {
         halves && error < 0.1
     }
-    fn scale(&self, _: &StateOf<M, P>) {}
+    fn scale(&self, _: &StateOf<M, P, f32, R>) {}
     fn normal_at(&self, (): &(), depth_mm: f32) -> f32 {
         ModelOf::normal_at(self, depth_mm)
     }
@@ -120,7 +127,7 @@ impl<const M: usize, const N: usize, const P: usize> Drivable<StateOf<M, P>> for
     fn stiffness_at(&self, (): &(), depth_mm: f32) -> f32 {
         ModelOf::stiffness_at(self, depth_mm)
     }
-    fn gradient(&self, state: &StateOf<M, P>, direction: [f32; 3]) -> Gradient {
+    fn gradient(&self, state: &StateOf<M, P, f32, R>, direction: [f32; 3]) -> Gradient {
         ModelOf::gradient(self, state, direction)
     }
 }

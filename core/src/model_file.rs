@@ -3,9 +3,10 @@
 //! The layout is described in `core/docs/fpm-format.md` with test vectors. Uses model, check, error.
 
 use crate::build::DataOf;
-use crate::effects::OWN;
-use crate::sections::{COLUMNS, EffectSlot, TableColumn, Tables};
-use crate::{Error, ModelOf};
+use crate::effects::normal_relaxation::NormalRelaxation;
+use crate::effects::{Effect, OWN};
+use crate::sections::{COLUMNS, EffectSlot, RELAXATION, Sections, TableColumn};
+use crate::{Error, ModelOf, Relaxation};
 
 /// First four bytes of a model file.
 pub const MAGIC: [u8; 4] = *b"FPM1";
@@ -18,7 +19,7 @@ const DATA: [u8; 4] = *b"DATA";
 const EFFECTS: [u8; 4] = *b"EFFX";
 const META: [u8; 4] = *b"META";
 const TABLES: [u8; 4] = *b"TABL";
-/// Sections of a file without tables and columns; either is one more.
+/// Sections of a file without optional ones.
 const SECTIONS: usize = 3;
 
 /// Contents of a model file, read in place.
@@ -125,12 +126,32 @@ pub(crate) fn section(bytes: &[u8], id: [u8; 4]) -> Result<&[u8], Error> {
     Err(Error::Section { id })
 }
 
+/// The numbers of a section that a file may lack, in place; none there.
+fn optional<T: bytemuck::AnyBitPattern>(bytes: &[u8], id: [u8; 4]) -> Result<&[T], Error> {
+    match section(bytes, id) {
+        Err(Error::Section { .. }) => Ok(&[]),
+        found => bytemuck::try_cast_slice(found?).map_err(|_| Error::Section { id }),
+    }
+}
+
 impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
     /// Checks a model file and uses it in place, without a copy.
     ///
     /// The bytes must start at an address divisible by 4, see [`crate::include_fpm`]. Costs about 20 instructions
     /// per byte, once.
+    ///
+    /// # Errors
+    /// [`Error::Section`] with `RELX` for a file of tissue that relaxes, which [`Self::relaxing`] reads.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
+        let file = Self::relaxing(bytes)?;
+        if file.model.relaxation().is_some() { Err(Error::Section { id: RELAXATION }) } else { Ok(file) }
+    }
+
+    /// The same for those that follow the tissue in time, with a state that relaxes. Also reads files of tissue that does not relax.
+    ///
+    /// # Errors
+    /// Those of [`Self::with_relaxation`] besides.
+    pub fn relaxing(bytes: &'a [u8]) -> Result<Self, Error> {
         check_start(bytes)?;
         check_envelope(bytes)?;
         let data = section(bytes, DATA)?;
@@ -149,22 +170,31 @@ impl<'a, const M: usize, const N: usize> FileOf<'a, M, N> {
         for (index, slot) in effects.iter().enumerate() {
             slot.check(index)?;
         }
-        let tables = match section(bytes, TABLES) {
-            Ok(tables) => bytemuck::try_cast_slice(tables).map_err(|_| Error::Section { id: TABLES })?,
-            Err(Error::Section { .. }) => &[],
-            Err(error) => return Err(error),
-        };
-        let columns: &[TableColumn] = match section(bytes, COLUMNS) {
-            Ok(columns) => bytemuck::try_cast_slice(columns).map_err(|_| Error::Section { id: COLUMNS })?,
-            Err(Error::Section { .. }) => &[],
-            Err(error) => return Err(error),
-        };
+        let (tables, columns) = (optional(bytes, TABLES)?, optional::<TableColumn>(bytes, COLUMNS)?);
         if columns.len() > OWN {
             return Err(Error::Section { id: COLUMNS });
         }
         columns.iter().try_for_each(TableColumn::check)?;
         let meta = core::str::from_utf8(section(bytes, META)?).map_err(|_| Error::Section { id: META })?;
-        Ok(Self { model: data.model()?, effects, tables, columns, meta })
+        let file = Self { model: data.model()?, effects, tables, columns, meta };
+        match optional::<Relaxation>(bytes, RELAXATION)? {
+            [] => Ok(file),
+            [relaxation] => {
+                relaxation.check()?;
+                file.with_relaxation(relaxation)
+            }
+            _ => Err(Error::Section { id: RELAXATION }),
+        }
+    }
+
+    /// The same file with these branches of the tissue; see [`ModelOf::with_relaxation`].
+    ///
+    /// # Errors
+    /// Those of [`ModelOf::with_relaxation`]; [`Error::RelaxesTwice`] for a file with the effect `normal_relaxation`.
+    pub fn with_relaxation(self, relaxation: &'a Relaxation) -> Result<Self, Error> {
+        let model = self.model.with_relaxation(relaxation)?;
+        let has_effect = self.effects.iter().any(|slot| slot.kind == NormalRelaxation::LAW.kind);
+        if has_effect && model.relaxation.is_some() { Err(Error::RelaxesTwice) } else { Ok(Self { model, ..self }) }
     }
 }
 
@@ -173,11 +203,23 @@ impl<'a, const M: usize, const N: usize> ModelOf<'a, M, N> {
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Error> {
         Ok(FileOf::from_bytes(bytes)?.model)
     }
+
+    /// Checksum of the numbers and the branches; a saved state contains it. Costs about 20 instructions a byte.
+    pub fn checksum(&self) -> u32 {
+        let branches = self.relaxation.map_or(0, |relaxation| crc32(bytemuck::bytes_of(relaxation)).rotate_left(2));
+        self.data.checksum() ^ branches
+    }
 }
 
-/// Number of sections of a file with these tables.
-fn sections(tables: Tables<'_>) -> usize {
-    SECTIONS + usize::from(!tables.numbers.is_empty()) + usize::from(!tables.columns.is_empty())
+impl<'a> Sections<'a> {
+    /// Letters and bytes of those that a file has.
+    fn written(&self) -> impl Iterator<Item = ([u8; 4], &'a [u8])> {
+        let relaxation: &[u8] = self.relaxation.map_or(&[], bytemuck::bytes_of);
+        let (tables, columns) = (bytemuck::cast_slice(self.tables), bytemuck::cast_slice(self.columns));
+        [(TABLES, tables), (COLUMNS, columns), (RELAXATION, relaxation)]
+            .into_iter()
+            .filter(|(_, bytes)| !bytes.is_empty())
+    }
 }
 
 /// Writes one piece after another into a buffer.
@@ -227,58 +269,56 @@ impl<'a> Writer<'a> {
 impl<const M: usize, const N: usize> DataOf<M, N> {
     /// Length of the file that [`DataOf::write_file`] writes, bytes.
     pub fn file_length(effects: &[EffectSlot], meta: &str) -> usize {
-        Self::file_length_with_tables(effects, Tables::default(), meta)
+        Self::file_length_with(effects, Sections::default(), meta)
     }
 
-    /// Length of the file that [`DataOf::write_file_with_tables`] writes, bytes.
-    pub fn file_length_with_tables(effects: &[EffectSlot], tables: Tables<'_>, meta: &str) -> usize {
-        let start = (HEADER + sections(tables) * ENTRY).next_multiple_of(8);
+    /// Length of the file that [`DataOf::write_file_with`] writes, bytes.
+    pub fn file_length_with(effects: &[EffectSlot], sections: Sections<'_>, meta: &str) -> usize {
+        let start = (HEADER + (SECTIONS + sections.written().count()) * ENTRY).next_multiple_of(8);
         let data = (8 + size_of::<Self>()).next_multiple_of(8);
-        let of_tables = size_of_val(tables.numbers) + size_of_val(tables.columns);
-        start + data + size_of_val(effects) + of_tables + meta.len()
+        let optional = sections.written().fold(0, |sum, (_, bytes)| sum + bytes.len());
+        start + data + size_of_val(effects) + optional + meta.len()
     }
 
     /// Writes a model file into `out` and returns its length.
     pub fn write_file(&self, effects: &[EffectSlot], meta: &str, out: &mut [u8]) -> Result<usize, Error> {
-        self.write_file_with_tables(effects, Tables::default(), meta, out)
+        self.write_file_with(effects, Sections::default(), meta, out)
     }
 
-    /// The same with the tables that slots of the number [`crate::effects::tables::TABLE`] name.
-    pub fn write_file_with_tables(
+    /// The same with optional sections: the tables that slots of the number [`crate::effects::tables::TABLE`] name, their columns, and branches
+    /// of the tissue.
+    pub fn write_file_with(
         &self,
         effects: &[EffectSlot],
-        tables: Tables<'_>,
+        sections: Sections<'_>,
         meta: &str,
         out: &mut [u8],
     ) -> Result<usize, Error> {
-        let needed = Self::file_length_with_tables(effects, tables, meta);
+        let needed = Self::file_length_with(effects, sections, meta);
         if out.len() < needed {
             return Err(Error::Buffer { needed: needed as u32 });
         }
-        let start = (HEADER + sections(tables) * ENTRY).next_multiple_of(8);
+        let count = SECTIONS + sections.written().count();
+        let start = (HEADER + count * ENTRY).next_multiple_of(8);
         let data_length = 8 + size_of::<Self>();
         let effects_at = start + data_length.next_multiple_of(8);
-        let tables_at = effects_at + size_of_val(effects);
-        let columns_at = tables_at + size_of_val(tables.numbers);
-        let meta_at = columns_at + size_of_val(tables.columns);
         let mut w = Writer::new(out);
         w.put(&MAGIC);
-        for value in [VERSION, needed as u32, 0, sections(tables) as u32] {
+        for value in [VERSION, needed as u32, 0, count as u32] {
             w.word(value);
         }
-        let section = |id, at, length: usize| (length > 0).then_some((id, at, length));
-        let numbers = section(TABLES, tables_at, size_of_val(tables.numbers));
-        let columns = section(COLUMNS, columns_at, size_of_val(tables.columns));
-        for (id, at, length) in [(DATA, start, data_length), (EFFECTS, effects_at, size_of_val(effects))]
-            .into_iter()
-            .chain(numbers)
-            .chain(columns)
-            .chain([(META, meta_at, meta.len())])
-        {
+        let mut entry = |id: [u8; 4], at: usize, length: usize| {
             w.put(&id);
             w.word(at as u32);
             w.word(length as u32);
+            at + length
+        };
+        entry(DATA, start, data_length);
+        let mut at = entry(EFFECTS, effects_at, size_of_val(effects));
+        for (id, bytes) in sections.written() {
+            at = entry(id, at, bytes.len());
         }
+        entry(META, at, meta.len());
         w.align();
         w.word(M as u32);
         w.word(N as u32);
@@ -286,15 +326,8 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
             w.float(value);
         }
         w.align();
-        for effect in effects {
-            w.put(bytemuck::bytes_of(effect));
-        }
-        for value in tables.numbers {
-            w.float(*value);
-        }
-        for column in tables.columns {
-            w.put(bytemuck::bytes_of(column));
-        }
+        w.put(bytemuck::cast_slice(effects));
+        sections.written().for_each(|(_, bytes)| w.put(bytes));
         w.put(meta.as_bytes());
         Ok(w.seal(needed))
     }
@@ -322,7 +355,7 @@ impl<const M: usize, const N: usize> DataOf<M, N> {
         head.into_iter().chain(bands).chain(springs).chain(self.rows.iter().flat_map(crate::build::Row::numbers))
     }
 
-    /// Checksum of the numbers; a saved state contains it. Costs about 20 instructions a byte.
+    /// Checksum of the numbers; a saved state of a model without branches contains it. Costs about 20 instructions a byte.
     pub fn checksum(&self) -> u32 {
         self.numbers().fold(0, |sum, x| crc32_on(sum, &x.to_bits().to_le_bytes()))
     }
@@ -397,9 +430,9 @@ mod tests {
         ];
         let written = |columns: &[TableColumn]| {
             let mut buffer = Aligned([0; 16384]);
-            let tables = Tables { numbers: &[1.0, 2.0], columns };
-            let n = data.write_file_with_tables(&[], tables, "{}", &mut buffer.0).unwrap();
-            assert_eq!(n, Data::file_length_with_tables(&[], tables, "{}"));
+            let sections = Sections { tables: &[1.0, 2.0], columns, ..Sections::default() };
+            let n = data.write_file_with(&[], sections, "{}", &mut buffer.0).unwrap();
+            assert_eq!(n, Data::file_length_with(&[], sections, "{}"));
             (buffer, n)
         };
         let (buffer, n) = written(&columns);

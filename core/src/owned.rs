@@ -43,6 +43,16 @@ impl ModelFile {
         Ok(Self(words))
     }
 
+    /// The same for those that follow the tissue in time.
+    ///
+    /// # Errors
+    /// As [`crate::FileOf::relaxing`].
+    pub fn relaxing(bytes: &[u8]) -> Result<Self, Error> {
+        let words = Words::new(bytes);
+        File::relaxing(words.bytes())?;
+        Ok(Self(words))
+    }
+
     /// The bytes, at an address divisible by 8.
     pub fn bytes(&self) -> &[u8] {
         self.0.bytes()
@@ -50,7 +60,7 @@ impl ModelFile {
 
     /// Model, effects and provenance, in place.
     pub fn file(&self) -> File<'_> {
-        File::from_bytes(self.bytes()).expect("checked by `new`, and nothing has changed it since")
+        File::relaxing(self.bytes()).expect("checked by `new`, and nothing has changed it since")
     }
 }
 

@@ -1,12 +1,14 @@
 //! Motion of the plane: positions of the springs on it, and the origin of the state.
 //!
-//! Main functions: [`spring_positions`], [`move_plane`]. Uses data, state, stick_ratio and math.
+//! Main functions: [`spring_positions`], [`move_plane`]. Uses data, state, memory, stick_ratio and math.
 
 use core::array::from_fn;
 
 use crate::build::DataOf;
 use crate::data::Spring;
 use crate::math::{Scalar, add};
+use crate::memory::Memory;
+use crate::relaxation::Perhaps;
 use crate::step::rare;
 use crate::stick_ratio::Remembers;
 use crate::{ForceStateOf, ModelOf, Motion, Status};
@@ -19,9 +21,9 @@ const SPIN_MAX_RAD: f32 = 8.0;
 ///
 /// An increment that is not a number or too large leads far away as well, so one check of the position of the plane finds all of them.
 #[inline(always)]
-pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar>(
+pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scalar, R>(
     model: &ModelOf<'_, M, N, T>,
-    state: &mut ForceStateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T, R>,
     history: &mut impl Remembers<T>,
     motion: Motion<T>,
     press_slide: T,
@@ -32,14 +34,14 @@ pub(crate) fn move_plane<const M: usize, const N: usize, const P: usize, T: Scal
     };
     let [x, y] = motion.slide_increment_mm.map(|slide| slide * model.units.per_length);
     let spin = motion.spin_increment_rad;
-    let mut place = Place::moved::<M, P>(state, [x, y], spin);
+    let mut place = Place::moved(state, [x, y], spin);
     let mut far = is_far(&place);
     if far | (P == 1 && spin != T::of(0.0)) {
         rare();
         let turns = if P == 1 { spin == T::of(0.0) } else { spin.magnitude() <= T::of(SPIN_MAX_RAD) };
         if !((x * x + y * y <= T::of(SLIDE_MAX_MM * SLIDE_MAX_MM)) & turns) {
             let ([x, y], spin) = bounded::<P, T>([x, y], spin, status);
-            place = Place::moved::<M, P>(state, [x, y], spin);
+            place = Place::moved(state, [x, y], spin);
             far = is_far(&place);
         }
     }
@@ -58,7 +60,7 @@ struct Place<T> {
 
 impl<T: Scalar> Place<T> {
     #[inline(always)]
-    fn moved<const M: usize, const P: usize>(state: &ForceStateOf<M, P, T>, [x, y]: [T; 2], spin: T) -> Self {
+    fn moved<const M: usize, const P: usize, R>(state: &ForceStateOf<M, P, T, R>, [x, y]: [T; 2], spin: T) -> Self {
         let [at, low] = state.position;
         let (to_x, low_x) = add(at[0], low[0], x);
         let (to_y, low_y) = add(at[1], low[1], y);
@@ -104,8 +106,8 @@ fn bounded<const P: usize, T: Scalar>([mut x, mut y]: [T; 2], mut spin: T, statu
 /// Moves the state's origin to the position of the plane, and its angle to 0. Displacements keep their bits, because the new
 /// anchors are the displacements that a step computes from the old ones. Returns the new origin in terms of the old one.
 #[inline(always)]
-fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar>(
-    state: &mut ForceStateOf<M, P, T>,
+fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar, R>(
+    state: &mut ForceStateOf<M, P, T, R>,
     press_slide: T,
     data: &DataOf<M, N, T>,
 ) -> [T; 3] {
@@ -121,15 +123,22 @@ fn move_origin<const M: usize, const N: usize, const P: usize, T: Scalar>(
     here
 }
 
-/// Starts a contact: the anchors are the positions of the springs.
+/// Starts a contact: the anchors are the positions of the springs, where branches hold no spring.
 #[inline(always)]
-pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar>(
-    state: &mut ForceStateOf<M, P, T>,
+pub(crate) fn touch<const M: usize, const N: usize, const P: usize, T: Scalar, R: Memory<M, P, T>>(
+    state: &mut ForceStateOf<M, P, T, R>,
     here: [T; 3],
     data: &DataOf<M, N, T>,
+    weights: &R::Weights,
 ) {
-    for (pair, spring) in state.anchor.iter_mut().zip(&data.springs) {
+    for (j, (pair, spring)) in state.anchor.iter_mut().zip(&data.springs).enumerate() {
         *pair = spring_positions::<P, T>(here, spring);
+        if let (Some(weights), Some(memory)) = (weights.get(), state.memory.get()) {
+            for (k, anchor) in pair.iter_mut().enumerate() {
+                let free = memory.hold(weights, j, k).displacement([T::of(0.0); 2]);
+                *anchor = [anchor[0] - free[0], anchor[1] - free[1]];
+            }
+        }
     }
 }
 

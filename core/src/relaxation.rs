@@ -1,6 +1,6 @@
 //! Tissue that relaxes: branches of a generalised Maxwell model on every elastic element of a finger.
 //!
-//! Main types: [`Relaxation`], [`Branch`]. Uses error and math.
+//! Main types: [`Relaxation`], [`Branch`], [`Clock`]. Uses error and math.
 //!
 //! An element with the convex energy phi(u) of its own coordinate u has the relaxed force phi'(u). Branch i adds the share g_i of that
 //! stiffness and forgets with the time tau_i. It remembers a force nu_i:
@@ -133,6 +133,19 @@ impl<T: Scalar> Relaxation<T> {
     }
 }
 
+/// A value, or none, by its type.
+pub trait Perhaps<X>: Copy {
+    #[doc(hidden)]
+    fn get(&self) -> Option<&X>;
+}
+
+impl<X> Perhaps<X> for () {
+    #[inline(always)]
+    fn get(&self) -> Option<&X> {
+        None
+    }
+}
+
 /// How far the memory of the branches lies behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -142,13 +155,19 @@ pub(crate) struct Clock<T> {
     since_s: [T; BRANCHES],
     /// exp(−since / time).
     kept: [T; BRANCHES],
-    /// Bits of the branches whose memory did not change when it was last moved on.
-    settled: u32,
+}
+
+impl<T: Scalar> Clock<T> {
+    /// Whether it is one that time leads to.
+    pub fn is_consistent(&self) -> bool {
+        self.since_s.iter().all(|since| *since >= T::of(0.0))
+            && self.kept.iter().all(|kept| *kept >= T::of(0.0) && *kept <= T::of(1.0))
+    }
 }
 
 impl<T: Elementary> Clock<T> {
     pub fn new() -> Self {
-        Self { since_s: [T::of(0.0); BRANCHES], kept: [T::of(1.0); BRANCHES], settled: 0 }
+        Self { since_s: [T::of(0.0); BRANCHES], kept: [T::of(1.0); BRANCHES] }
     }
 
     /// Time goes on, s; 0 for a step without one.
@@ -166,6 +185,14 @@ impl<T: Elementary> Clock<T> {
         core::array::from_fn(|i| relaxation.branches[i].share * self.kept[i])
     }
 
+    /// The same for memories that may have been moved on since: those by their whole share.
+    pub fn shares_left(&self, relaxation: &Relaxation<T>) -> [T; BRANCHES] {
+        let zero = T::of(0.0);
+        core::array::from_fn(|i| {
+            relaxation.branches[i].share * if self.since_s[i] > zero { self.kept[i] } else { T::of(1.0) }
+        })
+    }
+
     /// The share of its way to the present force by which each memory is to be moved on now; none if it is too early.
     pub fn due(&self, relaxation: &Relaxation<T>) -> [Option<T>; BRANCHES] {
         core::array::from_fn(|i| {
@@ -175,22 +202,19 @@ impl<T: Elementary> Clock<T> {
         })
     }
 
+    /// The memories that are due are moved on. What is kept of a step stays until the next one, for derivatives.
+    #[inline(always)]
+    pub fn restart(&mut self, due: &[Option<T>; BRANCHES]) {
+        for (since, due) in self.since_s.iter_mut().zip(due) {
+            if due.is_some() {
+                *since = T::of(0.0);
+            }
+        }
+    }
+
     /// The memory of a branch was moved on.
-    pub fn moved_on(&mut self, branch: usize, is_changed: bool) {
+    pub fn moved_on(&mut self, branch: usize) {
         (self.since_s[branch], self.kept[branch]) = (T::of(0.0), T::of(1.0));
-        let bit = 1 << branch;
-        self.settled = if is_changed { self.settled & !bit } else { self.settled | bit };
-    }
-
-    /// The finger moved: every memory may change again.
-    pub fn unsettle(&mut self) {
-        self.settled = 0;
-    }
-
-    /// Whether no memory changes while the finger stands still.
-    pub fn is_settled(&self, relaxation: &Relaxation<T>) -> bool {
-        let branches = relaxation.branches.iter().enumerate();
-        branches.filter(|(_, branch)| branch.share != T::of(0.0)).all(|(i, _)| self.settled & (1 << i) != 0)
     }
 }
 

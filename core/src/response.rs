@@ -20,7 +20,7 @@ pub struct Motion<T = f32> {
     /// Turn of the plane about its normal through the foot, or of a curved body through its apex, during the step, rad: counter-clockwise
     /// seen from the finger. Only a contact with spin ([`crate::SpinState`]) follows it; another flags it.
     pub spin_increment_rad: T,
-    /// Length of the step, s, > 0. The law itself is rate-independent.
+    /// Length of the step, s, > 0. Without tissue that relaxes the law is rate-independent.
     pub dt_s: T,
 }
 
@@ -46,7 +46,7 @@ pub struct Response<T = f32> {
     /// contact, which holds no load: a grip controller then closes.
     pub slip_margin: T,
     /// The margin that is left when the tissue has relaxed at the present depth, if the load stays: 0 to 1, 0 where the load slips before.
-    /// The slip margin itself where nothing relaxes. Of a pad that relaxes within 1 % of the margin after a hold.
+    /// The slip margin itself where nothing relaxes. Within 2 % of the load's share of the limit after a hold.
     pub slip_margin_relaxed: T,
     /// Moment about the plane's normal through the point under first touch, N mm, positive as the plane turns the finger
     /// counter-clockwise seen from above. Without spin that of friction along y alone.

@@ -1,13 +1,16 @@
 //! Saving and restoring the state of a contact.
 //!
-//! Uses state, model_file, error.
+//! Uses state, memory, model_file, error.
+
+use bytemuck::Pod;
 
 use crate::build::DataOf;
 use crate::data::SPRINGS;
 use crate::error::Field;
+use crate::memory::Memory;
 use crate::model_file::crc32;
 use crate::step::TOUCH_MM;
-use crate::{Error, State, StateOf};
+use crate::{BRANCHES, Error, State, StateOf};
 
 /// Version of the layout of a saved state.
 const VERSION: u32 = 7;
@@ -68,21 +71,30 @@ pub(crate) fn read_words(
     Ok(words)
 }
 
-impl<const M: usize, const P: usize> StateOf<M, P> {
-    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor.
+/// The same for tissue that relaxes.
+pub const fn relaxing_state_bytes(springs: usize, pairs: usize) -> usize {
+    state_bytes(springs, pairs) + 4 * BRANCHES * (1 + 2 * springs * pairs + 2)
+}
+
+impl<const M: usize, const P: usize, R: Memory<M, P, f32> + Pod> StateOf<M, P, f32, R> {
+    /// Length of a saved state, bytes: [`state_bytes`] or [`relaxing_state_bytes`].
+    pub const SAVED_BYTES: usize = state_bytes(M, P) + size_of::<R>();
+
+    /// Numbers of a state: anchors, position, angle, turn, reached, turn before, limits there, depth, strength factor, memory of the tissue.
     fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
         let Self { forces, history } = self;
         let anchors = forces.anchor.as_flattened().as_flattened().iter();
         let places = forces.position.as_flattened().iter().chain(&forces.angle);
         let way = history.turn.iter().chain(&history.reached).chain(&history.turn_before);
         let numbers = [history.limit_reached, history.limit_before, forces.depth, forces.strength_factor];
-        anchors.chain(places).chain(way).copied().chain(numbers)
+        let memory: &[f32] = bytemuck::try_cast_slice(bytemuck::bytes_of(&forces.memory)).unwrap_or(&[]);
+        anchors.chain(places).chain(way).copied().chain(numbers).chain(memory.iter().copied())
     }
 
     /// Writes the state into `out`, little-endian with version, checksum of the model's numbers ([`DataOf::checksum`]) and
-    /// a checksum of its own at the end; returns the number of bytes, [`state_bytes`].
+    /// a checksum of its own at the end; returns the number of bytes, [`Self::SAVED_BYTES`].
     pub fn write_bytes(&self, model: u32, out: &mut [u8]) -> Result<usize, Error> {
-        write_words([VERSION, model], self.numbers().map(f32::to_bits), state_bytes(M, P), out)
+        write_words([VERSION, model], self.numbers().map(f32::to_bits), Self::SAVED_BYTES, out)
     }
 
     /// The same numbers to be overwritten, in the same order.
@@ -93,13 +105,15 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
         let way = history.turn.iter_mut().chain(&mut history.reached).chain(&mut history.turn_before);
         let limits = [&mut history.limit_reached, &mut history.limit_before];
         let last = limits.into_iter().chain([&mut forces.depth, &mut forces.strength_factor]);
-        anchors.chain(places).chain(way).chain(last)
+        let memory: &mut [f32] =
+            bytemuck::try_cast_slice_mut(bytemuck::bytes_of_mut(&mut forces.memory)).unwrap_or(&mut []);
+        anchors.chain(places).chain(way).chain(last).chain(memory)
     }
 
     /// The state that [`StateOf::write_bytes`] wrote with the same model. Refuses damage, another version, another model's state and values
     /// that no step produces.
     pub fn read_bytes(model: u32, bytes: &[u8]) -> Result<Self, Error> {
-        let mut words = read_words([VERSION, model], state_bytes(M, P), bytes)?;
+        let mut words = read_words([VERSION, model], Self::SAVED_BYTES, bytes)?;
         let mut state = Self::default();
         for slot in state.numbers_mut() {
             *slot = words.next().map_or(f32::NAN, f32::from_bits);
@@ -108,7 +122,7 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
     }
 
     /// The state itself if a step can produce it.
-    pub(crate) fn check(self) -> Result<Self, Error> {
+    pub(crate) fn check(mut self) -> Result<Self, Error> {
         let bad = |index: usize, value: f32| Error::Range { what: Field::State, index: index as u16, value };
         for (i, x) in self.numbers().enumerate() {
             if !(x.abs() <= REACH) {
@@ -116,9 +130,12 @@ impl<const M: usize, const P: usize> StateOf<M, P> {
             }
         }
         let last = 2 * M * P + BESIDE;
+        if self.forces.memory.get().is_some_and(|memory| !memory.is_consistent()) {
+            return Err(bad(last, f32::NAN));
+        }
         let Self { forces, history } = &self;
         let mut air = Self::default();
-        air.forces.strength_factor = forces.strength_factor;
+        (air.forces.strength_factor, air.forces.memory) = (forces.strength_factor, forces.memory);
         if !(forces.depth >= TOUCH_MM || self == air) {
             return Err(bad(last - 5, forces.depth));
         }
@@ -211,6 +228,7 @@ mod with_serde {
                 angle: plain.angle_rad,
                 depth: plain.depth_mm,
                 strength_factor: plain.strength_factor,
+                memory: (),
             };
             let history = SlipHistory {
                 turn: plain.turn,

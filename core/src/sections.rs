@@ -1,14 +1,16 @@
-//! Optional sections of a model file: slots of effects, and the tables and columns that they read.
+//! Sections of a model file: slots of effects, the tables and columns that they read, branches of the tissue.
 //!
-//! Main types: [`EffectSlot`], [`TableColumn`], [`Tables`]. Uses error.
+//! Main types: [`EffectSlot`], [`TableColumn`], [`Sections`]. Uses error and relaxation.
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::Error;
 use crate::error::Field;
+use crate::{Error, Relaxation};
 
 /// Section of the columns.
 pub(crate) const COLUMNS: [u8; 4] = *b"COLS";
+/// Section of the branches of the tissue; only in files of tissue that relaxes.
+pub(crate) const RELAXATION: [u8; 4] = *b"RELX";
 
 /// A slot for an effect beyond the plain model: which law, and its parameters.
 ///
@@ -123,11 +125,13 @@ fn text(bytes: &[u8]) -> &str {
     bytes.get(..end).and_then(|head| core::str::from_utf8(head).ok()).unwrap_or("")
 }
 
-/// Numbers and columns of the tables of a model file; [`Default`] has none.
+/// The optional sections of a model file; [`Default`] has none.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tables<'a> {
-    /// The numbers, see [`crate::effects::tables`].
-    pub numbers: &'a [f32],
+pub struct Sections<'a> {
+    /// Numbers of the tables that effects read, see [`crate::effects::tables`].
+    pub tables: &'a [f32],
     /// User-defined columns that they read, at most [`crate::effects::OWN`].
     pub columns: &'a [TableColumn],
+    /// Branches of the tissue.
+    pub relaxation: Option<&'a Relaxation>,
 }

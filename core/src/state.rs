@@ -1,9 +1,10 @@
 //! The memory of a contact.
 //!
-//! Main types: [`StateOf`], [`ForceStateOf`]. Uses data, math and stick_ratio.
+//! Main types: [`StateOf`], [`ForceStateOf`]. Uses data, math, memory and stick_ratio.
 
 use crate::data::SPRINGS;
-use crate::math::Scalar;
+use crate::math::{Elementary, Scalar};
+use crate::memory::BedMemory;
 use crate::stick_ratio::SlipHistory;
 
 /// The memory of the default model; see [`StateOf`].
@@ -14,6 +15,11 @@ pub type SpinState = StateOf<SPRINGS, 2>;
 /// The memory of the default model where only forces are needed; see [`ForceStateOf`].
 pub type ForceState = ForceStateOf<SPRINGS>;
 
+/// The memory of a contact of a finger whose tissue relaxes; made by [`StateOf::relaxing`].
+pub type RelaxingStateOf<const M: usize, const P: usize = 1, T = f32> = StateOf<M, P, T, BedMemory<M, P, T>>;
+/// The same for the default model.
+pub type RelaxingState<const P: usize = 1> = RelaxingStateOf<SPRINGS, P>;
+
 /// Least and largest strength factor.
 const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 
@@ -22,10 +28,13 @@ const STRENGTH_FACTOR: [f32; 2] = [0.1, 5.0];
 ///
 /// `P` is 1 for a contact that slides, 2 for one that also spins: a spring is then a pair. Plain data: copy it to save it,
 /// or use [`StateOf::write_bytes`].
+///
+/// `R` is the memory of the tissue. `()`: the finger follows its relaxed tissue, and the time step has no influence; see
+/// [`RelaxingState`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct StateOf<const M: usize, const P: usize = 1, T: Scalar = f32> {
-    pub(crate) forces: ForceStateOf<M, P, T>,
+pub struct StateOf<const M: usize, const P: usize = 1, T: Scalar = f32, R = ()> {
+    pub(crate) forces: ForceStateOf<M, P, T, R>,
     pub(crate) history: SlipHistory<T>,
 }
 
@@ -35,7 +44,7 @@ pub struct StateOf<const M: usize, const P: usize = 1, T: Scalar = f32> {
 /// [`crate::ModelOf::step_forces`] advances it. Plain data: copy it to save it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ForceStateOf<const M: usize, const P: usize = 1, T = f32> {
+pub struct ForceStateOf<const M: usize, const P: usize = 1, T = f32, R = ()> {
     /// Anchor of each spring on the plane, mm.
     pub(crate) anchor: [[[T; 2]; P]; M],
     /// Slide of the plane since an origin of the state's own choice, mm, as a compensated sum: high and low part.
@@ -44,9 +53,11 @@ pub struct ForceStateOf<const M: usize, const P: usize = 1, T = f32> {
     pub(crate) angle: [T; 2],
     pub(crate) depth: T,
     pub(crate) strength_factor: T,
+    /// What the tissue remembers.
+    pub(crate) memory: R,
 }
 
-impl<const M: usize, const P: usize, T: Scalar> Default for ForceStateOf<M, P, T> {
+impl<const M: usize, const P: usize, T: Scalar, R: Default> Default for ForceStateOf<M, P, T, R> {
     fn default() -> Self {
         let zero = T::of(0.0);
         Self {
@@ -55,11 +66,19 @@ impl<const M: usize, const P: usize, T: Scalar> Default for ForceStateOf<M, P, T
             angle: [zero; 2],
             depth: zero,
             strength_factor: T::of(1.0),
+            memory: R::default(),
         }
     }
 }
 
-impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
+impl<const M: usize, const P: usize, T: Elementary> RelaxingStateOf<M, P, T> {
+    /// A finger without contact whose tissue relaxes.
+    pub fn relaxing() -> Self {
+        Self::default()
+    }
+}
+
+impl<const M: usize, const P: usize, T: Scalar, R> StateOf<M, P, T, R> {
     /// Whether the last step left the finger in contact.
     pub(crate) fn in_contact(&self) -> bool {
         self.forces.in_contact()
@@ -81,7 +100,7 @@ impl<const M: usize, const P: usize, T: Scalar> StateOf<M, P, T> {
     }
 }
 
-impl<const M: usize, const P: usize, T: Scalar> ForceStateOf<M, P, T> {
+impl<const M: usize, const P: usize, T: Scalar, R> ForceStateOf<M, P, T, R> {
     /// Whether the last step left the finger in contact.
     pub(crate) fn in_contact(&self) -> bool {
         self.depth > T::of(0.0)

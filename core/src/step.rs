@@ -1,10 +1,12 @@
 //! One step of a contact.
 //!
-//! Main function: [`step()`]. Uses data, state, plane, springs and stick_ratio.
+//! Main function: [`step()`]. Uses data, state, memory, plane, springs and stick_ratio.
 
 use crate::at_depth::AtDepth;
 use crate::math::Scalar;
+use crate::memory::Memory;
 use crate::plane::{move_plane, spring_positions, touch};
+use crate::relaxation::Perhaps;
 use crate::spring::DIV_EPS;
 use crate::springs::{Load, check_sum, step_springs};
 use crate::stick_ratio::{ContactPoint, GROWTH_DEADBAND_MM, REVERSAL_DEADBAND_MM, Remembers, SlipPath, regime_of};
@@ -15,6 +17,8 @@ use crate::{ForceResponse, ForceStateOf, ModelOf, Motion, Response, StateOf, Sta
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
 /// Largest valid depth and time step, mm and s.
 const LARGEST: f32 = 1e9;
+/// Above the pressure over that of relaxed tissue that any branches reach.
+const MOST_PRESSURE: f32 = 1e3;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
@@ -41,12 +45,14 @@ const LARGEST: f32 = 1e9;
 ///
 /// Bad input is flagged and leaves its axis unchanged; see [`Status`]. `stick_ratio.rs` computes the stick ratio.
 ///
-/// No creep: without motion the state keeps its bits, and increments that add up to zero lead back to it. Leaves out rate,
+/// With a state that does not relax there is no creep: without motion it keeps its bits, and increments that add up to zero lead back to it. A
+/// state that relaxes ([`StateOf::relaxing`]) follows the branches of the model ([`ModelOf::with_relaxation`]; equations in `memory.rs`) over
+/// [`Motion::dt_s`]; without branches, or with steps of more than 80 times the longest time, it gives the same bits as the other. Leaves out
 /// dwell and moisture, except through [`StateOf::set_strength_factor`].
 #[inline(always)]
-pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar>(
+pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar, R: Memory<M, P, T>>(
     model: &ModelOf<'_, M, N, T>,
-    state: &mut StateOf<M, P, T>,
+    state: &mut StateOf<M, P, T, R>,
     motion: Motion<T>,
 ) -> Response<T> {
     advance(model, &mut state.forces, &mut state.history, motion)
@@ -55,9 +61,9 @@ pub fn step<const M: usize, const N: usize, const P: usize, T: Scalar>(
 impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
     /// [`step()`] of a contact whose stick ratio is not needed: the same forces, bit by bit, with less memory and fewer instructions.
     #[inline]
-    pub fn step_forces<const P: usize>(
+    pub fn step_forces<const P: usize, R: Memory<M, P, T>>(
         &self,
-        state: &mut ForceStateOf<M, P, T>,
+        state: &mut ForceStateOf<M, P, T, R>,
         motion: Motion<T>,
     ) -> ForceResponse<T> {
         advance(self, state, &mut (), motion).into()
@@ -66,22 +72,30 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
 
 /// One step. The stick ratio, the regime and the bands of the response are those of the history.
 #[inline(always)]
-fn advance<const M: usize, const N: usize, const P: usize, T: Scalar>(
+fn advance<const M: usize, const N: usize, const P: usize, T: Scalar, R: Memory<M, P, T>>(
     model: &ModelOf<'_, M, N, T>,
-    state: &mut ForceStateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T, R>,
     history: &mut impl Remembers<T>,
     motion: Motion<T>,
 ) -> Response<T> {
-    let input = match begin(model, state, history, motion) {
+    let dt_s = if is_time_step(motion.dt_s) { motion.dt_s } else { T::of(0.0) };
+    let weights = state.memory.go_on(model.relaxation, dt_s);
+    let input = match begin(model, state, history, &weights, motion) {
         Ok(input) => input,
-        Err(status) => return no_contact(state, history, status),
+        Err(status) => return no_contact(state, history, &weights, status),
     };
     let at = &input.at;
-    let load = step_springs(model.data, &mut state.anchor, at, input.here, &input.slip_path);
+    let load = step_springs(model.data, state, at, &weights, input.here, &input.slip_path);
     if !check_sum::<P, T>(&load, &input.slip_path).is_number() {
-        return no_contact(state, history, input.status.with(Status::MEMORY_LOST));
+        return no_contact(state, history, &weights, input.status.with(Status::MEMORY_LOST));
     }
-    response_of::<M, N, P, T>(model, at, &load, input.status)
+    response_of::<M, N, P, T>(model, at, &load, input.status, weights.get().is_some())
+}
+
+/// Whether a time step has a length.
+#[inline(always)]
+fn is_time_step<T: Scalar>(dt_s: T) -> bool {
+    dt_s > T::of(0.0) && dt_s.is_number()
 }
 
 /// Input of the springs of one step: position of the plane, tables at the depth, slip path.
@@ -95,10 +109,11 @@ struct StepInput<'a, const M: usize, T> {
 
 /// Moves the plane and reads the tables. Without contact the error is the status.
 #[inline(always)]
-fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
+fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar, R: Memory<M, P, T>>(
     model: &ModelOf<'a, M, N, T>,
-    state: &mut ForceStateOf<M, P, T>,
+    state: &mut ForceStateOf<M, P, T, R>,
     history: &mut impl Remembers<T>,
+    weights: &R::Weights,
     motion: Motion<T>,
 ) -> Result<StepInput<'a, M, T>, Status> {
     let (data, units) = (model.data, &model.units);
@@ -117,14 +132,24 @@ fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar>(
             return Err(status.with(in_the_air(motion)));
         }
     }
-    let (at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
+    let (mut at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
+    if let Some(pressure) = state.memory.press(weights, at.row.normal.at(at.t), data.pressure_exponent) {
+        if !(pressure.share.magnitude() <= T::of(MOST_PRESSURE)) {
+            return Err(status.with(Status::MEMORY_LOST));
+        }
+        if !pressure.touches() {
+            // The skin lags behind the plane.
+            return Err(status.with(in_the_air(motion)));
+        }
+        at.press(&pressure);
+    }
     let fresh = !state.in_contact();
     move_plane(model, state, history, motion, press_slide, &mut status);
     state.depth = at.depth;
     let slid = [state.position[0][0], state.position[0][1], state.angle[0]];
     let here = [slid[0] + press_slide, slid[1], slid[2]];
     if fresh {
-        touch(state, here, data);
+        touch(state, here, data, weights);
         history.start(slid);
     }
     let contact = || ContactPoint {
@@ -150,6 +175,7 @@ fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
     at: &AtDepth<'_, M, T>,
     load: &Load<T>,
     status: Status,
+    relaxes: bool,
 ) -> Response<T> {
     let data = model.data;
     let Load { normal, friction, moment, stick_ratio } = *load;
@@ -162,14 +188,17 @@ fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
     let [lean_x, lean_y] = [0, 1].map(|k| data.pressure_centre_per_n[k] * friction[k]);
     let pressure_centre = [at.row.pressure_centre.at(at.t) + lean_x, lean_y];
     let spin_moment = if P == 1 { centre } else { at.stiffness[1] * moment[1] - at.stiffness[0] * moment[0] };
-    let margin = if P == 1 {
-        T::of(1.0) - alone
+    let used = if P == 1 {
+        alone
     } else {
         let most = at.row.spin_limit.at(at.t) / at.row.limit.at(at.t) + T::of(DIV_EPS);
         let moment = (spin_moment - centre) * per_limit / most;
         let cross = data.spin_cross * (moment * alone).magnitude();
-        (T::of(1.0) - (alone * alone + moment * moment + cross).magnitude().sqrt()).not_negative()
+        (alone * alone + moment * moment + cross).magnitude().sqrt()
     };
+    let margin = if P == 1 { T::of(1.0) - used } else { (T::of(1.0) - used).not_negative() };
+    // The load stays, the strength falls to that of relaxed tissue.
+    let later = if relaxes { (T::of(1.0) - used * at.gain).not_negative() } else { margin };
     let band = |b: &[T; 3]| b[0] + stick_ratio * (b[1] + stick_ratio * b[2]);
     let area = at.row.area.at(at.t);
     let response = Response {
@@ -178,11 +207,11 @@ fn response_of<const M: usize, const N: usize, const P: usize, T: Scalar>(
         stick_ratio,
         friction_limit_n: at.limit * (magnitude / alone),
         slip_margin: margin,
-        slip_margin_relaxed: margin,
+        slip_margin_relaxed: later,
         spin_moment_n_mm: spin_moment,
         pressure_centre_mm: pressure_centre,
         contact_area_mm2: area + area * data.area_tilt * along,
-        band_normal_n: at.row.band_normal.at(at.t) * band(&data.band_normal),
+        band_normal_n: at.row.band_normal.at(at.t) * at.pressure * band(&data.band_normal),
         band_friction_n: at.limit * band(&data.band_friction),
         regime: regime_of(stick_ratio),
         status,
@@ -208,7 +237,7 @@ pub(crate) fn rare() {}
 /// Flags of a depth and a time step outside the usual range, some of which are valid.
 #[inline(always)]
 fn doubt<T: Scalar>(depth: T, dt: T) -> Status {
-    let time = if dt > T::of(0.0) && dt.is_number() { Status::OK } else { Status::BAD_TIME_STEP };
+    let time = if is_time_step(dt) { Status::OK } else { Status::BAD_TIME_STEP };
     if depth.is_number() { time } else { time.with(Status::BAD_INPUT) }
 }
 
@@ -220,25 +249,31 @@ fn in_the_air<T: Scalar>(motion: Motion<T>) -> Status {
     if is_finite { Status::OK } else { Status::BAD_INPUT }
 }
 
-/// The response without contact. Resets all but the strength factor, which is brought into its range.
+/// The response without contact. Resets all but the strength factor, which is brought into its range, and what the tissue remembers.
 #[inline(always)]
-fn no_contact<const M: usize, const P: usize, T: Scalar>(
-    state: &mut ForceStateOf<M, P, T>,
+fn no_contact<const M: usize, const P: usize, T: Scalar, R: Memory<M, P, T>>(
+    state: &mut ForceStateOf<M, P, T, R>,
     history: &mut impl Remembers<T>,
+    weights: &R::Weights,
     status: Status,
 ) -> Response<T> {
+    if status.contains(Status::MEMORY_LOST) {
+        state.memory = R::default();
+    } else if let (Some(weights), Some(memory)) = (weights.get(), state.memory.get()) {
+        memory.let_go(weights);
+    }
     reset(state, history);
     Response { status, ..Response::default() }
 }
 
 #[cold]
 #[inline(never)]
-fn reset<const M: usize, const P: usize, T: Scalar>(
-    state: &mut ForceStateOf<M, P, T>,
+fn reset<const M: usize, const P: usize, T: Scalar, R: Memory<M, P, T>>(
+    state: &mut ForceStateOf<M, P, T, R>,
     history: &mut impl Remembers<T>,
 ) {
-    let factor = state.strength_factor;
-    *state = ForceStateOf::default();
-    state.set_strength_factor(factor);
+    let ForceStateOf { strength_factor, memory, .. } = *state;
+    *state = ForceStateOf { memory, ..ForceStateOf::default() };
+    state.set_strength_factor(strength_factor);
     history.reset();
 }

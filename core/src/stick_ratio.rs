@@ -123,6 +123,14 @@ impl<T: Scalar> Remembers<T> for () {
 /// Path since the last reversal: slide along x and y, mm, and angle, rad.
 pub(crate) struct SlipPath<T>(pub(crate) [T; 3]);
 
+impl<T: Scalar> SlipPath<T> {
+    /// The path times a factor; the same without one.
+    #[inline(always)]
+    pub(crate) fn scaled(&self, factor: Option<T>) -> Self {
+        Self(factor.map_or(self.0, |factor| self.0.map(|way| factor * way)))
+    }
+}
+
 /// Position and load of a contact.
 pub(crate) struct ContactPoint<T> {
     /// Slide, mm, and angle, rad, without the slide equivalent to the press: a contact that is only pressed and lifted sticks.

@@ -118,13 +118,13 @@ impl<const M: usize, const N: usize, T: Scalar> ModelOf<'_, M, N, T> {
     /// # Errors
     /// [`Error::Range`] with the factor that is out of its range.
     pub fn tuned(&self, tuning: Tuning) -> Result<Self, Error> {
-        Ok(Self { data: self.data, units: Units::new(&tuning, self.data.pressure_exponent)? })
+        Ok(Self { units: Units::new(&tuning, self.data.pressure_exponent)?, ..*self })
     }
 
     /// The same finger with the tissue's stiffness times `factor`, which is clamped to [`STIFFNESS_FACTOR`].
     pub(crate) fn stiffened(&self, factor: T) -> Self {
         let [least, most] = [*STIFFNESS_FACTOR.start(), *STIFFNESS_FACTOR.end()].map(T::of);
         let factor = if factor < least { least } else { factor.at_most(most) };
-        Self { data: self.data, units: self.units.stiffened(factor, self.data.pressure_exponent) }
+        Self { units: self.units.stiffened(factor, self.data.pressure_exponent), ..*self }
     }
 }

@@ -14,6 +14,7 @@
 #define PAD_NAME "fingertip-pad.fpm"
 #define HALVED_NAME "halved-pad.fpm"
 #define RELAXING_NAME "relaxing-pad.fpm"
+#define RELAXING_BED_NAME "relaxing-bed.fpm"
 
 /* A model file, at an address divisible by 8. */
 typedef struct {

@@ -683,6 +683,76 @@ static void relaxing_pads(fingerpad_pad pad, const model_file *file)
     expect_true(fabsf(3.2f * r.normal_force_n / first.normal_force_n - 1.0f) < 1e-2f, "the relaxed tissue");
 }
 
+/* The same of a bed. */
+static void relaxing_beds(fingerpad_model model, fingerpad_model charged, const model_file *file)
+{
+    static const fingerpad_branch branches[4] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}, {0.1f, 1.0f}};
+    static const fingerpad_branch wrong[4] = {{-0.1f, 1.0f}, {0.5f, NAN}, {0.5f, 0.0f}, {50.0f, 1.0f}};
+    static const float no_times[4] = {0.0f, -1.0f, NAN, INFINITY};
+    const fingerpad_shape flat = {FINGERPAD_SHAPE_PLANE, {0.0, 0.0, 0.0}, 0.0, 0.0};
+    uint8_t bytes[FINGERPAD_RELAXING_STATE_BYTES];
+    fingerpad_motion motion = {1.0f, 0.0f, 0.0f, 0.0f, 1e-7f};
+    fingerpad_model loaded;
+    fingerpad_model_info info;
+    fingerpad_state plain;
+    fingerpad_force_state force_state;
+    fingerpad_force_response forces;
+    fingerpad_contact contact;
+    fingerpad_frame_contact framed;
+    fingerpad_relaxing_state state, zeroed;
+    fingerpad_response first, r;
+    float time_s = 0.0f;
+    int i;
+    for (i = 0; i < 4; i++) {
+        expect(fingerpad_model_relax(&model, &wrong[i], 1), FINGERPAD_RANGE, "a branch of a bed out of range");
+    }
+    expect(fingerpad_model_relax(&model, branches, 4), FINGERPAD_SHAPE, "four branches of a bed");
+    expect(fingerpad_model_relax(&model, NULL, 1), FINGERPAD_NULL, "no branches of a bed");
+    expect(fingerpad_model_relax(&charged, branches, 3), FINGERPAD_SECTION, "branches beside the effect normal_relaxation");
+    must(fingerpad_model_relax(&model, branches, 3), "branches of a bed");
+    must(fingerpad_model_describe(&model, &info), "info of a bed that relaxes");
+    expect_true(info.branches == 3, "branches of a bed");
+    must(fingerpad_state_init(&plain), "a state that does not relax");
+    must(fingerpad_force_state_init(&force_state), "forces that do not relax");
+    must(fingerpad_contact_init(&contact), "a contact that does not relax");
+    expect(fingerpad_step(&model, &plain, motion, &r), FINGERPAD_NOT_SET_UP, "a step of a bed that relaxes");
+    expect(fingerpad_step_forces(&model, &force_state, motion, &forces), FINGERPAD_NOT_SET_UP, "its forces");
+    expect(fingerpad_frame_init_bed(&model, flat, &framed), FINGERPAD_NOT_SET_UP, "its frames");
+    (void)memset(&zeroed, 0, sizeof zeroed);
+    expect(fingerpad_relaxing_step(&model, &zeroed, motion, &r), FINGERPAD_NOT_SET_UP, "a zeroed state that relaxes");
+    must(fingerpad_relaxing_state_init(&state), "a state that relaxes");
+    must(fingerpad_relaxing_step(&model, &state, motion, &first), "press");
+    for (i = 0; i < 4; i++) {
+        motion.dt_s = no_times[i];
+        must(fingerpad_relaxing_step(&model, &state, motion, &r), "a step of no time");
+        expect_true(r.status == FINGERPAD_STATUS_BAD_TIME_STEP && fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-6f,
+                    "a step of no time is flagged and freezes the memory of a bed");
+    }
+    expect(fingerpad_relaxing_state_save(&model, &state, bytes, sizeof bytes - 1), FINGERPAD_BUFFER, "a short buffer");
+    must(fingerpad_relaxing_state_save(&model, &state, bytes, sizeof bytes), "save");
+    for (i = 0; i < 1000; i++) {
+        float over;
+        motion.dt_s = i < 500 ? 1e-4f : 1e-3f * powf(1.01f, (float)(i - 500));
+        time_s += motion.dt_s;
+        must(fingerpad_relaxing_step(&model, &state, motion, &r), "hold");
+        over = 1.0f + expf(-time_s / 0.004f) + 0.6f * expf(-time_s / 0.07f) + 0.6f * expf(-time_s / 1.4f);
+        expect_true(fabsf(r.normal_force_n / first.normal_force_n * 3.2f / over - 1.0f) < 1e-4f, "the force of a bed falls as its branches do");
+    }
+    bytes[20] ^= 1;
+    expect(fingerpad_relaxing_state_restore(&model, &state, bytes, sizeof bytes), FINGERPAD_CHECKSUM, "damage");
+    bytes[20] ^= 1;
+    must(fingerpad_relaxing_state_restore(&model, &zeroed, bytes, sizeof bytes), "restore");
+    motion.dt_s = 1e-7f;
+    must(fingerpad_relaxing_step(&model, &zeroed, motion, &r), "as at first");
+    expect_true(fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-4f, "a restored state of a bed remembers");
+    must(fingerpad_model_relax(&model, NULL, 0), "no branches any more");
+    must(fingerpad_step(&model, &plain, motion, &r), "a step of a bed that does not relax");
+    expect(fingerpad_relaxing_state_restore(&model, &state, bytes, sizeof bytes), FINGERPAD_OTHER_MODEL, "a state of other branches");
+    expect(fingerpad_model_load(&loaded, bytes_of(file), file->length), FINGERPAD_SECTION, RELAXING_BED_NAME);
+    must(fingerpad_relaxing_model_load(&loaded, bytes_of(file), file->length), RELAXING_BED_NAME);
+    must(fingerpad_relaxing_state_restore(&loaded, &state, bytes, sizeof bytes), "the branches of the file");
+}
+
 static void pads(const model_file *bed, const model_file *file, const model_file *halved, const model_file *relaxing)
 {
     fingerpad_pad pad, many;
@@ -705,7 +775,7 @@ static void pads(const model_file *bed, const model_file *file, const model_file
 
 int main(int argc, char **argv)
 {
-    static model_file file, more, pad, halved, relaxing;
+    static model_file file, more, pad, halved, relaxing, relaxing_bed;
     fingerpad_model model, charged;
     if (argc != 3) {
         return 2;
@@ -726,6 +796,8 @@ int main(int argc, char **argv)
     read_pad(&halved, HALVED_NAME, argv[2]);
     read_pad(&relaxing, RELAXING_NAME, argv[2]);
     pads(&file, &pad, &halved, &relaxing);
+    read_pad(&relaxing_bed, RELAXING_BED_NAME, argv[2]);
+    relaxing_beds(model, charged, &relaxing_bed);
     (void)printf("%d failures\n", failures);
     return failures != 0;
 }

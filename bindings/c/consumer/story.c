@@ -9,6 +9,10 @@ static fingerpad_force_state force_state;
 static fingerpad_contact contact;
 static fingerpad_surroundings around;
 static fingerpad_watch watch;
+/* The first model with tissue that relaxes. */
+static fingerpad_model soft;
+static fingerpad_relaxing_state soft_plain;
+static fingerpad_relaxing_spin_state soft_spin;
 static model_file pad_file;
 static fingerpad_pad pad;
 static fingerpad_pad_info pad_info;
@@ -90,6 +94,15 @@ static void use_model(unsigned k)
     must(fingerpad_model_surroundings(&model, &around), "surroundings");
     must(fingerpad_watch_settings_default(&settings), "settings");
     must(fingerpad_watch_init(&watch, (uint8_t)k, settings), "watch");
+    {
+        static const fingerpad_branch branches[3] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}};
+        must(fingerpad_model_load(&soft, bytes_of(&files[0]), files[0].length), "model");
+        if (fingerpad_model_relax(&soft, branches, 3) != FINGERPAD_OK) {
+            (void)printf("refused ");
+        }
+        must(fingerpad_relaxing_state_init(&soft_plain), "relaxing state");
+        must(fingerpad_relaxing_spin_state_init(&soft_spin), "relaxing spin state");
+    }
     (void)printf("0");
 }
 
@@ -147,6 +160,10 @@ static void step(const float *f)
     print_response(&two);
     print_response(&three);
     print_forces(&forces);
+    must(fingerpad_relaxing_step(&soft, &soft_plain, motion, &three), "relaxing step");
+    print_response(&three);
+    must(fingerpad_relaxing_spin_step(&soft, &soft_spin, motion, &three), "relaxing spin step");
+    print_response(&three);
     print_words(reading_n, 3);
     print_words(under_n, 3);
     for (i = 0; i < count; i++) {
@@ -183,6 +200,12 @@ static void driven(const char *line)
     must(fingerpad_spin_step_driven(&model, &spin, drive, &response, &motion), "driven spin step");
     print_response(&response);
     print_motion(&motion);
+    must(fingerpad_relaxing_step_driven(&soft, &soft_plain, drive, &response, &motion), "driven relaxing step");
+    print_response(&response);
+    print_motion(&motion);
+    must(fingerpad_relaxing_spin_step_driven(&soft, &soft_spin, drive, &response, &motion), "driven relaxing spin step");
+    print_response(&response);
+    print_motion(&motion);
 }
 
 static void print_gradient(const fingerpad_gradient *g)
@@ -198,6 +221,10 @@ static void gradient(const float *f)
     must(fingerpad_state_gradient(&model, &plain, f[0], f[1], f[2], &g), "gradient");
     print_gradient(&g);
     must(fingerpad_spin_state_gradient(&model, &spin, f[0], f[1], f[2], &g), "gradient");
+    print_gradient(&g);
+    must(fingerpad_relaxing_state_gradient(&soft, &soft_plain, f[0], f[1], f[2], &g), "gradient");
+    print_gradient(&g);
+    must(fingerpad_relaxing_spin_state_gradient(&soft, &soft_spin, f[0], f[1], f[2], &g), "gradient");
     print_gradient(&g);
 }
 
@@ -221,6 +248,17 @@ static void save(void)
     must(fingerpad_spin_state_restore(&model, &spin, more, sizeof more), "restore");
     print_bytes(bytes, sizeof bytes);
     print_bytes(more, sizeof more);
+    {
+        uint8_t kept[FINGERPAD_RELAXING_STATE_BYTES], spun[FINGERPAD_RELAXING_SPIN_STATE_BYTES];
+        must(fingerpad_relaxing_state_save(&soft, &soft_plain, kept, sizeof kept), "save");
+        must(fingerpad_relaxing_spin_state_save(&soft, &soft_spin, spun, sizeof spun), "save");
+        (void)memset(&soft_plain, 0, sizeof soft_plain);
+        (void)memset(&soft_spin, 0, sizeof soft_spin);
+        must(fingerpad_relaxing_state_restore(&soft, &soft_plain, kept, sizeof kept), "restore");
+        must(fingerpad_relaxing_spin_state_restore(&soft, &soft_spin, spun, sizeof spun), "restore");
+        print_bytes(kept, sizeof kept);
+        print_bytes(spun, sizeof spun);
+    }
 }
 
 static void factor(float f)
@@ -228,8 +266,10 @@ static void factor(float f)
     const int32_t code = fingerpad_state_set_strength_factor(&plain, f);
     if (fingerpad_force_state_set_strength_factor(&force_state, f) != code
         || fingerpad_spin_state_set_strength_factor(&spin, f) != code
+        || fingerpad_relaxing_state_set_strength_factor(&soft_plain, f) != code
+        || fingerpad_relaxing_spin_state_set_strength_factor(&soft_spin, f) != code
         || fingerpad_contact_set_strength_factor(&contact, f) != code) {
-        (void)printf("the three differ ");
+        (void)printf("the states differ ");
     }
     (void)printf("%d", (int)code);
 }
@@ -424,7 +464,11 @@ static void answer(const char *name, const char *rest)
     if (strcmp(name, "model") == 0) {
         use_model(rest[1] == '1');
     } else if (strcmp(name, "tune") == 0) {
-        (void)printf("%d", (int)fingerpad_model_tune(&model, f[0], f[1], f[2]));
+        const int32_t code = fingerpad_model_tune(&model, f[0], f[1], f[2]);
+        if (fingerpad_model_tune(&soft, f[0], f[1], f[2]) != code) {
+            (void)printf("the two differ ");
+        }
+        (void)printf("%d", (int)code);
     } else if (strcmp(name, "factor") == 0) {
         factor(f[0]);
     } else if (strcmp(name, "around") == 0) {

@@ -79,7 +79,7 @@ unsafe fn step_batch<C, const P: usize>(
     }
     for i in 0..count {
         // SAFETY: the caller's promise: there are `count` of them.
-        unsafe { memory_to_read::<C, P>(states.add(i)) }?;
+        unsafe { memory_to_read::<C, P, ()>(states.add(i)) }?;
     }
     for i in 0..count {
         // SAFETY: the caller's promise: each array has `count` numbers. They are read one by one, so that arrays may overlap.

@@ -20,7 +20,8 @@ pub const FINGERPAD_ALIGNMENT: i32 = 5;
 pub const FINGERPAD_SHAPE: i32 = 6;
 /// A section of the file is missing, or an effect in it is unknown. From `fingerpad_model_load`: the file is not that of a bed;
 /// a pad's file goes to `fingerpad_pad_load`. From `fingerpad_pad_load`: the file is not that of a pad; a bed's file goes to
-/// `fingerpad_model_load`.
+/// `fingerpad_model_load`, or of tissue that relaxes to `fingerpad_relaxing_model_load`. Also for branches beside the effect
+/// `normal_relaxation`.
 pub const FINGERPAD_SECTION: i32 = 7;
 /// A value is not a number or out of its range.
 pub const FINGERPAD_RANGE: i32 = 8;
@@ -48,7 +49,7 @@ pub fn code(error: Error) -> i32 {
         Error::Checksum => FINGERPAD_CHECKSUM,
         Error::Alignment => FINGERPAD_ALIGNMENT,
         Error::Shape { .. } => FINGERPAD_SHAPE,
-        Error::Section { .. } => FINGERPAD_SECTION,
+        Error::Section { .. } | Error::RelaxesTwice => FINGERPAD_SECTION,
         Error::Range { .. } => FINGERPAD_RANGE,
         Error::NotMonotone { .. } => FINGERPAD_NOT_MONOTONE,
         Error::NotPassive { .. } => FINGERPAD_NOT_PASSIVE,
@@ -77,7 +78,7 @@ pub extern "C" fn fingerpad_error_text(code: i32) -> *const c_char {
         FINGERPAD_CHECKSUM => c"the checksum does not agree: damaged",
         FINGERPAD_ALIGNMENT => c"a pointer is not aligned (a model file must lie at an address divisible by 4)",
         FINGERPAD_SHAPE => c"made for another number of springs, table nodes, modes or patches",
-        FINGERPAD_SECTION => c"the file has another content (load a pad with fingerpad_pad_load, a bed with fingerpad_model_load), or an unknown effect",
+        FINGERPAD_SECTION => c"the file has another content (load a pad with fingerpad_pad_load, a bed with fingerpad_model_load), an unknown effect, or tissue that relaxes (section RELX)",
         FINGERPAD_RANGE => c"a value is not a number or out of its range",
         FINGERPAD_NOT_MONOTONE => c"a table of the file falls where it must not",
         FINGERPAD_NOT_PASSIVE => c"the file's numbers would let a closed path create energy",

@@ -121,7 +121,7 @@ pub unsafe extern "C" fn fingerpad_contact_init(contact: *mut fingerpad_contact)
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_contact_set_strength_factor(contact: *mut fingerpad_contact, factor: f32) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { memory(contact) }.and_then(|contact| set_strength_factor(&mut contact.state, factor)))
+    answer(unsafe { memory(contact).and_then(|contact| set_strength_factor::<_, 1, ()>(&mut contact.state, factor)) })
 }
 
 /// Declares a rest of the finger in the air: the time of occlusion starts again from zero.

@@ -3,9 +3,9 @@
 use fingerpad::{Drive, Driven, Normal, Tangential};
 
 use crate::codes::answer;
-use crate::model::{fingerpad_model, loaded};
+use crate::model::fingerpad_model;
 use crate::pointer::{check, write};
-use crate::state::{fingerpad_state, memory};
+use crate::state::{Tissue, fingerpad_state, memory};
 use crate::types::{fingerpad_motion, fingerpad_response};
 
 /// What is prescribed in one step: depth or normal force, slide or friction.
@@ -65,10 +65,10 @@ pub unsafe extern "C" fn fingerpad_step_driven(
     motion: *mut fingerpad_motion,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { step_driven::<_, 1>(model, state, drive, response, motion) })
+    answer(unsafe { step_driven::<_, 1, ()>(model, state, drive, response, motion) })
 }
 
-pub unsafe fn step_driven<C, const P: usize>(
+pub unsafe fn step_driven<C, const P: usize, R: Tissue<P>>(
     model: *const fingerpad_model,
     state: *mut C,
     drive: fingerpad_drive,
@@ -76,12 +76,12 @@ pub unsafe fn step_driven<C, const P: usize>(
     motion: *mut fingerpad_motion,
 ) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    let (model, state) = unsafe { (loaded(model)?, memory::<C, P>(state)?) };
+    let (model, state) = unsafe { (R::model(model)?, memory::<C, P, R>(state)?) };
     check(response)?;
     if !motion.is_null() {
         check(motion)?;
     }
-    let Driven { response: forces, motion: led } = model.model.step_driven(state, drive.into());
+    let Driven { response: forces, motion: led } = model.model().step_driven(state, drive.into());
     if !motion.is_null() {
         // SAFETY: the caller's promise.
         unsafe { write(motion, led.into()) }?;

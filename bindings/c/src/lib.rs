@@ -23,6 +23,7 @@ mod pad;
 mod pad_state;
 mod pad_steps;
 mod pointer;
+mod relaxing;
 mod requests;
 mod spin;
 mod state;

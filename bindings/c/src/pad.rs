@@ -221,6 +221,16 @@ pub unsafe extern "C" fn fingerpad_pad_tune(pad: *mut fingerpad_pad, size: f32, 
     answer(tuned())
 }
 
+/// The branches of a list, checked.
+pub fn relaxation_of(branches: &[fingerpad_branch]) -> Result<Relaxation, i32> {
+    let mut list = [Branch::default(); BRANCHES];
+    let used = list.get_mut(..branches.len()).ok_or(FINGERPAD_SHAPE)?;
+    for (slot, branch) in used.iter_mut().zip(branches) {
+        *slot = Branch { share: branch.share, time_s: branch.time_s };
+    }
+    Relaxation::new(used).map_err(code)
+}
+
 /// Gives the tissue other branches than the file's, at most FINGERPAD_BRANCHES_MAX; none with a `count` of 0. Held at a depth the force then
 /// falls as 1 plus the sum of share times exp(-t / time). A state belongs to one such choice: initialise it again afterwards.
 ///
@@ -236,12 +246,7 @@ pub unsafe extern "C" fn fingerpad_pad_relax(
     let relaxed = || {
         // SAFETY: the caller's promise.
         let (loaded, branches) = unsafe { (loaded_pad(pad)?, items(branches, count)?) };
-        let mut list = [Branch::default(); BRANCHES];
-        for (slot, branch) in list.get_mut(..count).ok_or(FINGERPAD_SHAPE)?.iter_mut().zip(branches) {
-            *slot = Branch { share: branch.share, time_s: branch.time_s };
-        }
-        let relaxation = Relaxation::new(list.get(..count).unwrap_or(&[])).map_err(code)?;
-        let in_use = loaded.pad.with_relaxation(relaxation);
+        let in_use = loaded.pad.with_relaxation(relaxation_of(branches)?);
         // SAFETY: as for `loaded_pad`.
         let inside = unsafe { exclusive(pad.cast::<LoadedPad>()) }?;
         (inside.pad, inside.relaxing) = (in_use, Some(&RELAXING));

@@ -3,9 +3,9 @@
 use fingerpad::{Gradient, Grip};
 
 use crate::codes::answer;
-use crate::model::{fingerpad_model, loaded};
+use crate::model::{fingerpad_model, loaded_any};
 use crate::pointer::write;
-use crate::state::{fingerpad_spin_state, fingerpad_state, memory_to_read};
+use crate::state::{Tissue, fingerpad_spin_state, fingerpad_state, memory_to_read};
 
 /// Derivatives of the forces for a motion that goes on, N/mm; each with depth, slide x and slide y.
 #[repr(C)]
@@ -56,7 +56,7 @@ pub unsafe extern "C" fn fingerpad_state_gradient(
     gradient: *mut fingerpad_gradient,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write_gradient::<_, 1>(model, state, [depth_mm, slide_x_mm, slide_y_mm], gradient) })
+    answer(unsafe { write_gradient::<_, 1, ()>(model, state, [depth_mm, slide_x_mm, slide_y_mm], gradient) })
 }
 
 /// As `fingerpad_state_gradient`, at a fixed angle.
@@ -70,24 +70,24 @@ pub unsafe extern "C" fn fingerpad_spin_state_gradient(
     gradient: *mut fingerpad_gradient,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { write_gradient::<_, 2>(model, state, [depth_mm, slide_x_mm, slide_y_mm], gradient) })
+    answer(unsafe { write_gradient::<_, 2, ()>(model, state, [depth_mm, slide_x_mm, slide_y_mm], gradient) })
 }
 
-unsafe fn write_gradient<C, const P: usize>(
+pub unsafe fn write_gradient<C, const P: usize, R: Tissue<P>>(
     model: *const fingerpad_model,
     state: *const C,
     direction: [f32; 3],
     out: *mut fingerpad_gradient,
 ) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    let (model, state) = unsafe { (loaded(model)?, memory_to_read::<C, P>(state)?) };
+    let (model, state) = unsafe { (R::model(model)?, memory_to_read::<C, P, R>(state)?) };
     // SAFETY: the caller's promise.
-    unsafe { write(out, model.model.gradient(state, direction).into()) }
+    unsafe { write(out, model.model().gradient(state, direction).into()) }
 }
 
 /// The least depth and normal force at which friction of the load, N, leaves the slip margin `margin` (0 to 0.95), even if the
 /// finger holds less than the model says by the half-width of its 95 % band; `strength_factor` as in
-/// `fingerpad_state_set_strength_factor`.
+/// `fingerpad_state_set_strength_factor`. Tissue that relaxes has relaxed then: the grip holds the load for good.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_least_grip(
     model: *const fingerpad_model,
@@ -98,7 +98,7 @@ pub unsafe extern "C" fn fingerpad_least_grip(
     grip: *mut fingerpad_grip,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { loaded(model) }.and_then(|model| {
+    answer(unsafe { loaded_any(model) }.and_then(|model| {
         let found = model.model.least_grip([load_x_n, load_y_n], margin, strength_factor);
         // SAFETY: the caller's promise.
         unsafe { write(grip, found.into()) }

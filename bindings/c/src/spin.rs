@@ -1,20 +1,17 @@
 //! The same of a contact that also spins: set up, strength, save, restore, step, driven step.
 
-use fingerpad::SpinState;
-
 use crate::codes::answer;
 use crate::driven::{fingerpad_drive, step_driven};
-use crate::model::{fingerpad_model, loaded};
-use crate::pointer::{items, items_mut, write};
-use crate::state::{fingerpad_spin_state, memory, memory_to_read, restore, save, set_strength_factor};
+use crate::model::fingerpad_model;
+use crate::state::{fingerpad_spin_state, init, restore, save, set_strength_factor};
 use crate::step::step;
 use crate::types::{fingerpad_motion, fingerpad_response};
 
 /// A finger in the air whose contact will also spin.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_spin_state_init(state: *mut fingerpad_spin_state) -> i32 {
-    // SAFETY: the caller's promise; size and alignment are checked in `state`.
-    answer(unsafe { write(state.cast(), SpinState::default()) })
+    // SAFETY: the caller's promise.
+    answer(unsafe { init::<_, 2, ()>(state) })
 }
 
 /// As `fingerpad_state_set_strength_factor`.
@@ -24,7 +21,7 @@ pub unsafe extern "C" fn fingerpad_spin_state_set_strength_factor(
     factor: f32,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { memory::<_, 2>(state) }.and_then(|state| set_strength_factor(state, factor)))
+    answer(unsafe { set_strength_factor::<_, 2, ()>(state, factor) })
 }
 
 /// As `fingerpad_state_save`, FINGERPAD_SPIN_STATE_BYTES bytes.
@@ -35,13 +32,8 @@ pub unsafe extern "C" fn fingerpad_spin_state_save(
     bytes: *mut u8,
     length: usize,
 ) -> i32 {
-    let saved = || {
-        // SAFETY: the caller's promise.
-        let (model, state) = unsafe { (loaded(model)?, memory_to_read::<_, 2>(state)?) };
-        // SAFETY: the caller's promise.
-        save(model, state, unsafe { items_mut(bytes, length) }?)
-    };
-    answer(saved())
+    // SAFETY: the caller's promise.
+    answer(unsafe { save::<_, 2, ()>(model, state, bytes, length) })
 }
 
 /// As `fingerpad_state_restore`, FINGERPAD_SPIN_STATE_BYTES bytes.
@@ -52,13 +44,8 @@ pub unsafe extern "C" fn fingerpad_spin_state_restore(
     bytes: *const u8,
     length: usize,
 ) -> i32 {
-    let restored = || {
-        // SAFETY: the caller's promise.
-        let (model, bytes) = unsafe { (loaded(model)?, items(bytes, length)?) };
-        // SAFETY: the caller's promise; size and alignment are checked in `state`.
-        unsafe { write(state.cast(), restore::<2>(model, bytes)?) }
-    };
-    answer(restored())
+    // SAFETY: the caller's promise.
+    answer(unsafe { restore::<_, 2, ()>(model, state, bytes, length) })
 }
 
 /// As `fingerpad_step`, with spin; takes about twice as long.
@@ -70,7 +57,7 @@ pub unsafe extern "C" fn fingerpad_spin_step(
     response: *mut fingerpad_response,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { step::<_, 2>(model, state, motion, response) })
+    answer(unsafe { step::<_, 2, ()>(model, state, motion, response) })
 }
 
 /// As `fingerpad_step_driven`, with spin, which is prescribed as an angle.
@@ -83,5 +70,5 @@ pub unsafe extern "C" fn fingerpad_spin_step_driven(
     motion: *mut fingerpad_motion,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    answer(unsafe { step_driven::<_, 2>(model, state, drive, response, motion) })
+    answer(unsafe { step_driven::<_, 2, ()>(model, state, drive, response, motion) })
 }

@@ -1,15 +1,19 @@
 //! One step of a contact that slides.
 
 use crate::codes::answer;
-use crate::model::{Loaded, fingerpad_model, loaded};
+use crate::model::{Loaded, fingerpad_model};
 use crate::pointer::{check, write};
-use crate::state::{Memory, fingerpad_state, memory};
+use crate::state::{Memory, Tissue, fingerpad_state, memory};
 use crate::types::{fingerpad_motion, fingerpad_response};
 
 /// Advances a contact by one step.
 #[inline(always)]
-pub fn advance<const P: usize>(model: &Loaded, state: &mut Memory<P>, motion: fingerpad_motion) -> fingerpad_response {
-    fingerpad::step(&model.model, state, motion.into()).into()
+pub fn advance<const P: usize, R: Tissue<P>>(
+    model: &Loaded,
+    state: &mut Memory<P, R>,
+    motion: fingerpad_motion,
+) -> fingerpad_response {
+    fingerpad::step(&model.model(), state, motion.into()).into()
 }
 
 /// Advances a contact by one step. A motion of any bits is accepted; `status` of the response reports its errors.
@@ -25,18 +29,18 @@ pub unsafe extern "C" fn fingerpad_step(
     #[cfg(feature = "panics")]
     core::hint::black_box([0u8; 4][core::hint::black_box(motion.depth_mm as usize)]);
     // SAFETY: the caller's promise.
-    answer(unsafe { step::<_, 1>(model, state, motion, response) })
+    answer(unsafe { step::<_, 1, ()>(model, state, motion, response) })
 }
 
 #[inline(always)]
-pub unsafe fn step<C, const P: usize>(
+pub unsafe fn step<C, const P: usize, R: Tissue<P>>(
     model: *const fingerpad_model,
     state: *mut C,
     motion: fingerpad_motion,
     response: *mut fingerpad_response,
 ) -> Result<(), i32> {
     // SAFETY: the caller's promise.
-    let (model, state) = unsafe { (loaded(model)?, memory::<C, P>(state)?) };
+    let (model, state) = unsafe { (R::model(model)?, memory::<C, P, R>(state)?) };
     check(response)?;
     // SAFETY: the caller's promise.
     unsafe { write(response, advance(model, state, motion)) }

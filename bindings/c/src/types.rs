@@ -91,7 +91,7 @@ pub struct fingerpad_response {
     pub friction_limit_n: f32,
     /// 1 less the share of its limit that friction uses; with spin the load is friction and its moment. 0 without contact.
     pub slip_margin: f32,
-    /// The margin that is left when the tissue of a pad has relaxed at the present depth, if the load stays: 0 where the load slips before.
+    /// The margin that is left when the tissue has relaxed at the present depth, if the load stays: 0 where the load slips before.
     /// The slip margin itself where nothing relaxes.
     pub slip_margin_relaxed: f32,
     /// Moment about the plane's normal through the point under first touch, N mm; without spin that of friction along y alone.

@@ -2,33 +2,40 @@
 //!
 //! Main type: [`Springs`]. Uses the core's batch, driven step, gradient and saved states.
 
-use std::sync::Arc;
-
-use fingerpad::build::Data;
+use bytemuck::Pod;
 use fingerpad::host::{Forces, Motions};
-use fingerpad::{Error, Motion, Regime, Response, SPRINGS, StateOf, Status, Tuning, state_bytes};
+use fingerpad::{Error, Memory, Motion, Regime, Response, SPRINGS, SpinState, StateOf, Status};
 
 use crate::group::{
     DRIVEN, FORCES, Given, Group, REGIME, Refused, Row, Watches, drive_all, gradients, states, write_floats,
     write_response,
 };
+use crate::model::Bed;
 
 /// Contacts that pass through the core's batch at once, so that its numbers stay in the nearest cache.
 const CHUNK: usize = 256;
 
-/// Contacts of a bed; `P` is 2 with spin.
+/// A memory of the tissue, `()` or [`fingerpad::BedMemory`].
+pub trait Tissue<const P: usize>: Memory<SPRINGS, P, f32> + Pod + Send {}
+impl<const P: usize, R: Memory<SPRINGS, P, f32> + Pod + Send> Tissue<P> for R {}
+
+/// Contacts of a bed; `P` is 2 with spin, and `R` the memory of the tissue.
 #[derive(Clone)]
-pub struct Springs<const P: usize> {
-    data: Arc<Data>,
-    tuning: Tuning,
-    states: Vec<StateOf<SPRINGS, P>>,
+pub struct Springs<const P: usize, R> {
+    bed: Bed,
+    states: Vec<StateOf<SPRINGS, P, f32, R>>,
     watches: Watches,
 }
 
-impl<const P: usize> Springs<P> {
+impl<const P: usize, R: Tissue<P>> Springs<P, R> {
     /// `count` contacts in the air; none where there is no memory for them.
-    pub fn new(data: Arc<Data>, tuning: Tuning, count: usize) -> Option<Self> {
-        Some(Self { data, tuning, states: states(StateOf::default(), count)?, watches: Watches::default() })
+    pub fn new(bed: Bed, count: usize) -> Option<Self> {
+        Some(Self { bed, states: states(StateOf::default(), count)?, watches: Watches::default() })
+    }
+
+    /// Bytes of a saved state, and the checksum of its model.
+    fn saved(&self) -> Result<(usize, u32), Error> {
+        Ok((StateOf::<SPRINGS, P, f32, R>::SAVED_BYTES, self.bed.model()?.checksum()))
     }
 
     fn set_strength(&mut self, first: usize, row: &Row) {
@@ -38,7 +45,7 @@ impl<const P: usize> Springs<P> {
     }
 }
 
-impl<const P: usize> Group for Springs<P> {
+impl<const P: usize, R: Tissue<P>> Group for Springs<P, R> {
     fn steps_between_looks(&self) -> usize {
         1 << 16
     }
@@ -48,7 +55,7 @@ impl<const P: usize> Group for Springs<P> {
         let count = row.depth_mm.len();
         let words = out.len() / count.max(1);
         let states = &mut self.states[first..first + count];
-        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        let model = self.bed.model()?;
         if words == FORCES {
             batch(|states, motions, forces| model.step_batch(states, motions, forces), states, row, out);
         } else {
@@ -71,7 +78,7 @@ impl<const P: usize> Group for Springs<P> {
     }
 
     fn save(&self) -> Result<Vec<u8>, Refused> {
-        let (one, model) = (state_bytes(SPRINGS, P), self.data.checksum());
+        let (one, model) = self.saved()?;
         let mut bytes = vec![0; one * self.states.len()];
         for (state, out) in self.states.iter().zip(bytes.chunks_exact_mut(one)) {
             state.write_bytes(model, out)?;
@@ -80,7 +87,7 @@ impl<const P: usize> Group for Springs<P> {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), Refused> {
-        let (one, model) = (state_bytes(SPRINGS, P), self.data.checksum());
+        let (one, model) = self.saved()?;
         let expected = one * self.states.len();
         if bytes.len() != expected {
             return Err(Error::Length { expected: expected as u32, found: bytes.len() as u32 }.into());
@@ -91,7 +98,7 @@ impl<const P: usize> Group for Springs<P> {
     }
 
     fn limit_surface(&self, motions: &[[f32; 3]], out: &mut [[f32; 3]]) -> Result<(), Refused> {
-        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        let model = self.bed.model()?;
         for (state, out) in self.states.iter().zip(out.chunks_exact_mut(motions.len())) {
             let (depth_mm, factor) = (state.depth_mm(), state.strength_factor());
             for (motion, out) in motions.iter().zip(out) {
@@ -110,14 +117,14 @@ impl<const P: usize> Group for Springs<P> {
     }
 
     fn step_driven(&mut self, row: &Row, given: Given, out: &mut [u32]) -> Result<(), Refused> {
-        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        let model = self.bed.model()?;
         drive_all(self.states.iter_mut().map(|state| (model, state)), row, given, out);
         self.watches.look(0, out, DRIVEN);
         Ok(())
     }
 
     fn gradient(&self, direction: &[f32], out: &mut [f32]) -> Result<(), Refused> {
-        let model = self.data.model_unchecked().tuned(self.tuning)?;
+        let model = self.bed.model()?;
         gradients(self.states.iter().map(|state| (model, state)), direction, out);
         Ok(())
     }
@@ -133,7 +140,7 @@ const ARM_MM: f32 = 3.0;
 ///
 /// Differs from the springs' closed form of steady slip by at most 1 % of the largest over all directions (`tests/test_limits.py`).
 fn steady_slip(
-    step: impl Fn(&mut StateOf<SPRINGS, 2>, Motion) -> Response,
+    step: impl Fn(&mut SpinState, Motion) -> Response,
     depth_mm: f32,
     strength_factor: f32,
     [x, y, turn]: [f32; 3],
@@ -142,7 +149,7 @@ fn steady_slip(
     if way == 0.0 {
         return [0.0; 3];
     }
-    let mut state = StateOf::default();
+    let mut state = SpinState::default();
     state.set_strength_factor(strength_factor);
     let mut last = Response::default();
     let (mut length_mm, least_mm, factor, steps) = TO_THE_LIMIT;
@@ -163,9 +170,9 @@ fn steady_slip(
 }
 
 /// Advances contacts by the core's batch, which computes forces alone.
-fn batch<const P: usize>(
-    step: impl Fn(&mut [StateOf<SPRINGS, P>], Motions, &mut Forces) -> Result<(), fingerpad::host::BatchLength>,
-    states: &mut [StateOf<SPRINGS, P>],
+fn batch<const P: usize, R: Tissue<P>>(
+    step: impl Fn(&mut [StateOf<SPRINGS, P, f32, R>], Motions, &mut Forces) -> Result<(), fingerpad::host::BatchLength>,
+    states: &mut [StateOf<SPRINGS, P, f32, R>],
     row: &Row,
     out: &mut [u32],
 ) {

@@ -9,11 +9,12 @@ use bytemuck::Pod;
 use fingerpad::events::{Change, WatchSettings};
 use fingerpad::frames::Shape;
 use fingerpad::pad::{Memory, PadMemory};
+use fingerpad::{BedMemory, SPRINGS};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::bed::Springs;
+use crate::bed::{Springs, Tissue};
 use crate::error::{self, wrong_length};
 use crate::frames::{self, BedOf, FRAMES, PadOf, Placed, Pose};
 use crate::group::{DRIVEN, FORCES, Given, Group, RESPONSE, Row};
@@ -147,11 +148,17 @@ impl Contacts {
 impl Contacts {
     #[staticmethod]
     fn of_bed(model: &Model, count: usize, spin: bool) -> PyResult<Self> {
-        fn of<const P: usize>(model: &Model, count: usize) -> PyResult<Box<dyn Group>> {
-            let made = Springs::<P>::new(model.data.clone(), model.tuning, count);
+        fn of<const P: usize, R: Tissue<P>>(model: &Model, count: usize) -> PyResult<Box<dyn Group>> {
+            let made = Springs::<P, R>::new(model.bed.clone(), count);
             Ok(Box::new(made.ok_or_else(|| no_room(count))?))
         }
-        Ok(Self::of(if spin { of::<2>(model, count)? } else { of::<1>(model, count)? }, count, 0))
+        let made = match (spin, model.bed.relaxation.is_some()) {
+            (false, false) => of::<1, ()>,
+            (true, false) => of::<2, ()>,
+            (false, true) => of::<1, BedMemory<SPRINGS>>,
+            (true, true) => of::<2, BedMemory<SPRINGS, 2>>,
+        };
+        Ok(Self::of(made(model, count)?, count, 0))
     }
 
     /// * `kind`, `numbers`, `description`: the body's class, its radius (mm), axis and angle (degrees), and its description in words
@@ -216,7 +223,11 @@ impl Contacts {
             made(pad, shape, count)?
         } else {
             let model = model.cast::<Model>()?.get();
-            of(BedOf { data: model.data.clone(), tuning: model.tuning }, shape, count)?
+            let bed = model.bed.clone();
+            match bed.relaxation.is_some() {
+                false => of(BedOf::<()> { bed, memory: PhantomData }, shape, count)?,
+                true => of(BedOf::<BedMemory<SPRINGS, 2>> { bed, memory: PhantomData }, shape, count)?,
+            }
         };
         Ok(Self::of(group, count, patches))
     }

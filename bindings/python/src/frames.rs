@@ -5,13 +5,14 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use fingerpad::build::Data;
 use fingerpad::frames::{Finger, FrameContact, FrameResponse, RoundBed, Shape};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Memory, Pad as PadInPlace, PadState};
-use fingerpad::{Error, NODES, SPRINGS, SpinState, Tuning};
+use fingerpad::{Error, NODES, SPRINGS, StateOf, Tuning};
 
+use crate::bed::Tissue;
 use crate::group::{FRAME_PATCH, Group, RESPONSE, Row, Watches, states, write_floats, write_response};
+use crate::model::Bed;
 use crate::pad::Tables;
 
 /// Words of a response: those of the model, then force and moment on the finger and on the body, depth, pitch, roll, and the face.
@@ -84,22 +85,22 @@ impl<const P: usize, M: Memory<P, f32> + Send + 'static> Owner for PadOf<P, M> {
 
 /// A bed of springs, with spin.
 #[derive(Clone)]
-pub struct BedOf {
-    pub data: Arc<Data>,
-    pub tuning: Tuning,
+pub struct BedOf<R> {
+    pub bed: Bed,
+    pub memory: PhantomData<R>,
 }
 
-impl Owner for BedOf {
-    type State = SpinState;
+impl<R: Tissue<2>> Owner for BedOf<R> {
+    type State = StateOf<SPRINGS, 2, f32, R>;
     type Finger<'a> = RoundBed<'a, SPRINGS, NODES>;
 
     fn finger(&self) -> Result<RoundBed<'_, SPRINGS, NODES>, Error> {
-        Ok(RoundBed::new(self.data.model_unchecked().tuned(self.tuning)?))
+        Ok(RoundBed::new(self.bed.model()?))
     }
-    fn depth_and_factor(&self, state: &SpinState) -> (f32, f32) {
+    fn depth_and_factor(&self, state: &Self::State) -> (f32, f32) {
         (state.depth_mm(), state.strength_factor())
     }
-    fn set_strength_factor(state: &mut SpinState, factor: f32) {
+    fn set_strength_factor(state: &mut Self::State, factor: f32) {
         state.set_strength_factor(factor);
     }
 }

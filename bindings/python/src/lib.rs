@@ -17,6 +17,7 @@ mod group;
 mod margin;
 mod model;
 mod pad;
+mod relaxation;
 mod shipped;
 
 use std::ffi::OsString;

@@ -50,10 +50,13 @@ impl MarginObserver {
             ahead_s: ahead_s.unwrap_or(usual.ahead_s),
             ..usual
         };
-        let data = Arc::clone(&model.data);
+        if model.bed.relaxation.is_some() {
+            return Err(error::input("model: section RELX: an observer takes a bed whose tissue does not relax"));
+        }
+        let data = Arc::clone(&model.bed.data);
         // SAFETY: the numbers lie where the count of references keeps them, as long as `_data` does, which outlives the observer.
         let numbers: &'static Data = unsafe { &*Arc::as_ptr(&data) };
-        let finger = numbers.model_unchecked().tuned(model.tuning).map_err(error::model)?;
+        let finger = numbers.model_unchecked().tuned(model.bed.tuning).map_err(error::model)?;
         let core = Core::new(&finger, settings).map_err(|e| error::input(e.to_string()))?;
         Ok(Self { core: Mutex::new(core), _data: data })
     }

@@ -7,17 +7,33 @@ use std::hash::{Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fingerpad::build::{Data, EffectSlot, TableColumn};
+use fingerpad::build::{Data, EffectSlot, Sections, TableColumn};
 use fingerpad::effects::{LAWS, tables::TABLE};
 use fingerpad::host::{ModelFile, PadModelFile};
-use fingerpad::{Error, Grip, Motion, State, Tuning};
+use fingerpad::{Error, Grip, Motion, Relaxation, State, Tuning};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error;
 use crate::pad::{self, Pad};
+use crate::relaxation::{Branches, in_words, listed};
 use crate::shipped;
+
+/// The numbers of a bed, its branches and its tuning.
+#[derive(Clone)]
+pub struct Bed {
+    pub data: Arc<Data>,
+    pub relaxation: Relaxation,
+    pub tuning: Tuning,
+}
+
+impl Bed {
+    /// The model for the finger of the tuning.
+    pub fn model(&self) -> Result<fingerpad::Model<'_>, Error> {
+        self.data.model_unchecked().with_relaxation_unchecked(&self.relaxation).tuned(self.tuning)
+    }
+}
 
 /// A fitted model: a file's numbers, checked and copied; see `_native.pyi`.
 #[pyclass(frozen, module = "fingerpad")]
@@ -26,27 +42,26 @@ pub struct Model {
     meta: String,
     effects: Vec<EffectSlot>,
     columns: Vec<TableColumn>,
-    pub data: Arc<Data>,
-    pub tuning: Tuning,
+    pub bed: Bed,
 }
 
 impl Model {
     /// The model for the finger of the tuning.
     fn in_use(&self) -> PyResult<fingerpad::Model<'_>> {
-        self.data.model_unchecked().tuned(self.tuning).map_err(error::model)
+        self.bed.model().map_err(error::model)
     }
 
     /// Takes a file's bytes.
     fn new(bytes: &[u8]) -> Result<Self, Error> {
-        let file = ModelFile::new(bytes)?;
+        let file = ModelFile::relaxing(bytes)?;
         let file = file.file();
+        let relaxation = file.model.relaxation().copied().unwrap_or_else(Relaxation::none);
         Ok(Self {
             bytes: bytes.to_vec(),
             meta: file.meta.to_owned(),
             effects: file.effects.to_vec(),
             columns: file.columns.to_vec(),
-            data: Arc::new(*file.model.data()),
-            tuning: Tuning::default(),
+            bed: Bed { data: Arc::new(*file.model.data()), relaxation, tuning: Tuning::default() },
         })
     }
 }
@@ -111,7 +126,7 @@ impl Model {
 
     #[getter]
     fn springs(&self) -> usize {
-        self.data.springs.len()
+        self.bed.data.springs.len()
     }
 
     #[getter]
@@ -128,7 +143,7 @@ impl Model {
 
     #[getter]
     fn pose_deg(&self) -> (f32, f32) {
-        self.data.pose_deg.into()
+        self.bed.data.pose_deg.into()
     }
 
     #[getter]
@@ -153,7 +168,7 @@ impl Model {
 
     #[getter]
     fn tuning(&self) -> (f32, f32, f32) {
-        let Tuning { size, stiffness, lambda } = self.tuning;
+        let Tuning { size, stiffness, lambda } = self.bed.tuning;
         (size, stiffness, lambda)
     }
 
@@ -161,15 +176,37 @@ impl Model {
     fn tuned(&self, size: f32, stiffness: f32, lambda_factor: f32) -> PyResult<Self> {
         error::check_tuning(size, stiffness, lambda_factor)?;
         let tuning = Tuning { size, stiffness, lambda: lambda_factor };
-        self.data.model_unchecked().tuned(tuning).map_err(error::model)?;
+        let bed = Bed { tuning, ..self.bed.clone() };
+        bed.model().map_err(error::model)?;
         Ok(Self {
             bytes: self.bytes.clone(),
             meta: self.meta.clone(),
             effects: self.effects.clone(),
             columns: self.columns.clone(),
-            data: self.data.clone(),
-            tuning,
+            bed,
         })
+    }
+
+    /// Shares and times of the branches.
+    #[getter]
+    fn relaxation(&self) -> Vec<(f32, f32)> {
+        listed(&self.bed.relaxation)
+    }
+
+    fn relaxing(&self, branches: Branches) -> PyResult<Self> {
+        let relaxation = branches.checked()?;
+        let file = ModelFile::relaxing(&self.bytes).map_err(error::model)?;
+        let file = file.file();
+        let sections = Sections {
+            tables: file.tables,
+            columns: file.columns,
+            relaxation: relaxation.is_some().then_some(&relaxation),
+        };
+        let mut bytes = vec![0; Data::file_length_with(file.effects, sections, file.meta)];
+        self.bed.data.write_file_with(file.effects, sections, file.meta, &mut bytes).map_err(error::model)?;
+        let mut made = Self::new(&bytes).map_err(error::model)?;
+        made.bed.tuning = self.bed.tuning;
+        Ok(made)
     }
 
     #[pyo3(signature = (friction_x_n, friction_y_n=None, *, margin=None, strength_factor=None))]
@@ -213,14 +250,15 @@ impl Model {
     }
 
     fn __repr__(&self) -> String {
-        let words = if self.tuning == Tuning::default() { "" } else { ", tuned" };
+        let words = if self.bed.tuning == Tuning::default() { "" } else { ", tuned" };
         let (depth, (pitch, roll)) = (self.depth_max_mm().unwrap_or(f32::NAN), self.pose_deg());
         let force = self.normal_force_max_n().unwrap_or(f32::NAN);
         format!(
             "<fingerpad.Model: {} springs, depth 0 to {depth:.2} mm, normal force 0 to {force:.2} N, pitch {pitch} deg, roll {roll} deg, \
-             {} effects{words}>",
+             {} effects{words}{}>",
             self.springs(),
-            self.effects.len()
+            self.effects.len(),
+            in_words(&self.bed.relaxation)
         )
     }
 

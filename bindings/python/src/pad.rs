@@ -13,7 +13,7 @@ use fingerpad::pad::{
     Body, Cylinder, Edge, Memory, Numbers, Orthotropy, Pad as PadInPlace, PadOn, PadState, Patch, PatchState, Plane,
     Sphere, Surface,
 };
-use fingerpad::{Branch, Error, Field, Grip, Relaxation, Tuning};
+use fingerpad::{Error, Grip, Relaxation, Tuning};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -22,6 +22,7 @@ use crate::error;
 use crate::group::{
     DRIVEN, FORCES, Given, Group, PATCH, Refused, Row, Watches, drive_all, gradients, states, write_response,
 };
+use crate::relaxation::{Branches, in_words, listed};
 use crate::shipped;
 
 /// Patches of the human finger.
@@ -77,13 +78,6 @@ impl Pad {
     fn size(&self) -> f32 {
         self.tuning.size
     }
-}
-
-/// Branches of tissue that relaxes: a preset, or shares and times, s.
-#[derive(FromPyObject)]
-enum Branches {
-    Name(String),
-    List(Vec<(f32, f32)>),
 }
 
 /// Content of a pickled pad: its file and, if it is tuned, size, stiffness and lambda.
@@ -198,28 +192,11 @@ impl Pad {
     /// Shares and times of the branches.
     #[getter]
     fn relaxation(&self) -> Vec<(f32, f32)> {
-        let used = self.tables.relaxation.branches().iter().filter(|branch| branch.share != 0.0);
-        used.map(|branch| (branch.share, branch.time_s)).collect()
+        listed(&self.tables.relaxation)
     }
 
     fn relaxing(&self, branches: Branches) -> PyResult<Self> {
-        let branches: Vec<Branch> = match branches {
-            Branches::Name(name) if name == "human-assumed" => Relaxation::HUMAN_ASSUMED.branches().to_vec(),
-            Branches::Name(name) => {
-                return Err(error::input(format!("branches: {name:?} is neither \"human-assumed\" nor a list")));
-            }
-            Branches::List(list) => list.into_iter().map(|(share, time_s)| Branch { share, time_s }).collect(),
-        };
-        let relaxation = Relaxation::new(&branches).map_err(|e| match e {
-            Error::Range { what: Field::RelaxationShare, index, value } => {
-                error::input(format!("branches: share {value} of branch {index} is not between 0 and 100"))
-            }
-            Error::Range { index, value, .. } => {
-                error::input(format!("branches: time {value} s of branch {index} is not between 1e-5 and 1e5 s"))
-            }
-            _ => error::input(format!("branches: {}; at most {}", branches.len(), fingerpad::BRANCHES)),
-        })?;
-        let pad = self.tables.pad().with_relaxation(relaxation);
+        let pad = self.tables.pad().with_relaxation(branches.checked()?);
         let mut bytes = vec![0; pad.file_length(&self.meta)];
         pad.write_file(&self.meta, &mut bytes).map_err(error::model)?;
         Ok(Self { tuning: self.tuning, ..Self::new(&bytes).map_err(error::model)? })
@@ -278,11 +255,7 @@ impl Pad {
     fn __repr__(&self) -> String {
         let ((low, high), most) = (self.pitch_range_deg(), self.tables.numbers.roll_max_deg);
         let words = if self.tuning == Tuning::default() { "" } else { ", tuned" };
-        let relaxes = match self.tables.relaxation {
-            relaxation if !relaxation.is_some() => "",
-            Relaxation::HUMAN_ASSUMED => ", relaxes (human-assumed: its shares are assumed)",
-            _ => ", relaxes",
-        };
+        let relaxes = in_words(&self.tables.relaxation);
         format!(
             "<fingerpad.Pad: {} patches, depth 0 to {:.2} mm, normal force 0 to {:.2} N on a plane at pitch {} deg, pitch {low} to {high} deg, \
              roll {} to {most} deg{words}{relaxes}>",

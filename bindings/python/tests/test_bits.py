@@ -58,8 +58,8 @@ def disturbed_path(spin: bool) -> Any:
     return rows
 
 
-def of_native(native: Path, rows: Any, spin: bool) -> Any:
-    command = [native, "bed", MODEL, "spin" if spin else "plain"]
+def of_native(native: Path, rows: Any, spin: bool, model: Path = MODEL) -> Any:
+    command = [native, "bed", model, "spin" if spin else "plain"]
     done = subprocess.run(command, input=rows.tobytes(), capture_output=True, check=True)
     return np.frombuffer(done.stdout, "<u4").reshape(len(rows), 19)
 

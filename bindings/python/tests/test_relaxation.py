@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_bits import BODIES, on_native_pad, pad_path, words
+from test_bits import BODIES, disturbed_path, of_native, of_python, on_native_pad, pad_path, words
 
-from fingerpad import Finger, Fingers, FrameContacts, InputError, ModelError, Pad, Shape, Status
+from fingerpad import Finger, Fingers, FrameContacts, InputError, MarginObserver, Model, ModelError, Pad, Shape, Status, load
 
 BRANCHES = [(1.0, 0.004), (0.6, 0.07), (0.6, 1.4)]
 NO_TIMES = (0.0, -1.0, np.nan, np.inf)
@@ -78,6 +78,61 @@ def test_bits_in_frames(native: Path, file: Path, soft: Pad) -> None:
         assert (response.view(np.uint32).reshape(-1) == expected[i]).all(), f"step {i}"
     at_first = contacts.step(rows[-1, :3] + 0.2 * normal, rows[-1, 3:7], 1e-5)["normal_force_n"][0]
     assert contacts.step(rows[-1, :3] + 0.2 * normal, rows[-1, 3:7], 100.0)["normal_force_n"][0] < 0.8 * at_first
+
+
+@pytest.mark.parametrize("spin", [False, True])
+def test_bits_of_the_core_on_a_bed(native: Path, model: Model, tmp_path: Path, spin: bool) -> None:
+    """Of single fingers, of steps in a batch, of forces alone and after a copy of the bytes."""
+    soft = model.relaxing("human-assumed")
+    file = tmp_path / "soft.fpm"
+    file.write_bytes(soft.to_bytes())
+    rows = disturbed_path(spin)
+    rows["dt_s"] = 10 ** np.random.default_rng(3).uniform(-4, 0, len(rows))
+    for k, dt_s in enumerate(NO_TIMES):
+        rows["dt_s"][50 + k :: 101] = dt_s
+    expected = of_native(native, rows, spin, file)
+    fingers = Fingers(load(file), spin=spin)
+    half = len(rows) // 2
+    found = of_python(fingers, rows[:half])
+    saved = fingers.save()
+    fingers.restore(saved)
+    found = np.concatenate([found, of_python(fingers, rows[half:])])
+    assert (found == expected).all()
+    margins = expected.view(np.float32)[:, [4, 18]]
+    assert (np.abs(margins[:, 0] - margins[:, 1]) > 0.05).sum() > 50
+    plain = Fingers(soft, 2, spin=spin)
+    for r, words_of in zip(rows[:200], expected, strict=False):
+        forces = plain.step(r["depth_mm"], r["x"], r["y"], r["spin_rad"], dt_s=r["dt_s"], strength_factor=r["strength"])
+        assert (words(forces)[:, :8] == words_of[:8]).all()
+    for other in (model, model.relaxing([(0.5, 1.0)])):
+        with pytest.raises(ModelError):
+            Fingers(other, spin=spin).restore(saved)
+
+
+def test_a_bed_relaxes_by_its_branches_and_says_so(model: Model) -> None:
+    soft = model.relaxing("human-assumed")
+    finger, t = Finger(soft), 0.0
+    first = finger.step(1.0, dt_s=1e-7)
+    for dt_s in NO_TIMES:
+        assert finger.step(1.0, dt_s=dt_s).status == Status.BAD_TIME_STEP
+    for k in range(1200):
+        dt_s = 1e-4 if k < 400 else 1e-3 * 1.012 ** (k - 400)
+        t += dt_s
+        r = finger.step(1.0, dt_s=dt_s)
+        over = 1 + sum(share * np.exp(-t / time) for share, time in BRANCHES)
+        assert r.normal_force_n / first.normal_force_n * 3.2 == pytest.approx(over, rel=1e-4), t
+    assert Model.from_bytes(soft.to_bytes()) == soft == pickle.loads(pickle.dumps(soft)) != model
+    assert "assumed" in repr(soft) and "relaxes" not in repr(model) and model.relaxation == []
+    assert soft.tuned(size=1.2).relaxing([]).relaxation == [] and soft.relaxing([]) == model
+    with pytest.raises(InputError, match="branches"):
+        model.relaxing([(-0.1, 1.0)])
+    with pytest.raises(ModelError, match="OddStiffness"):
+        model.relaxing([(50.0, 1.0)])
+    held = FrameContacts(soft, Shape.plane())
+    pose = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
+    assert len(held.step(*pose, 1e-3)) == 1
+    with pytest.raises(InputError, match="RELX"):
+        MarginObserver(soft)
 
 
 def test_a_hold_falls_as_its_branches_do_and_steps_of_no_time_freeze_it(soft: Pad) -> None:

@@ -51,6 +51,8 @@ class Model:
     def __init__(self, data: bytes) -> None:
         """From a file's bytes; `ModelError` names what is wrong."""
         envelope = Envelope(data)
+        if b"RELX" in envelope:
+            raise ModelError("section RELX is not understood: this package follows no tissue that relaxes")
         if b"DATA" not in envelope and b"PADN" in envelope:
             raise ModelError("the file holds a pad, not a bed of springs: read it with Pad, or with load")
         head = envelope.section(b"DATA")[:8]

@@ -2,6 +2,7 @@
 
 use super::{Conditions, Surroundings};
 use crate::math::{add, sqrt};
+use crate::memory::Memory;
 use crate::{Motion, StateOf};
 
 /// Shorter motions are none, mm.
@@ -29,9 +30,12 @@ impl Sum {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Contact<const M: usize, const P: usize = 1> {
-    /// The plain state, with spin where `P` is 2. Its strength factor is the caller's; the laws' comes on top of it.
-    pub state: StateOf<M, P>,
+#[cfg_attr(feature = "serde", serde(bound(serialize = "StateOf<M, P, f32, R>: serde::Serialize")))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "StateOf<M, P, f32, R>: serde::Deserialize<'de>")))]
+pub struct Contact<const M: usize, const P: usize = 1, R = ()> {
+    /// The plain state, with spin where `P` is 2. Its strength factor is the caller's; the laws' comes on top of it. `R` is the memory of the
+    /// tissue, as in [`StateOf`].
+    pub state: StateOf<M, P, f32, R>,
     contact_s: Sum,
     dwell_s: Sum,
     occlusion_s: Sum,
@@ -41,7 +45,7 @@ pub struct Contact<const M: usize, const P: usize = 1> {
     along: [f32; 2],
 }
 
-impl<const M: usize, const P: usize> Default for Contact<M, P> {
+impl<const M: usize, const P: usize, R: Default> Default for Contact<M, P, R> {
     fn default() -> Self {
         Self {
             state: StateOf::default(),
@@ -55,7 +59,7 @@ impl<const M: usize, const P: usize> Default for Contact<M, P> {
     }
 }
 
-impl<const M: usize, const P: usize> Contact<M, P> {
+impl<const M: usize, const P: usize, R: Memory<M, P, f32>> Contact<M, P, R> {
     /// Advances times and paths to the end of a motion, and returns the conditions that the laws read.
     pub(super) fn advance(&mut self, surroundings: &Surroundings, motion: &Motion) -> Conditions<f32> {
         let speed_mm_s = self.count(surroundings.speed_mm_s, motion);

@@ -10,6 +10,7 @@ use super::{
 use crate::build::EffectSlot;
 use crate::error::Field;
 use crate::math::{Scalar, sqrt};
+use crate::memory::Memory;
 use crate::tuning::STIFFNESS_FACTOR;
 use crate::{Error, FileOf, ModelOf, Motion, Response, Status, step};
 
@@ -68,7 +69,7 @@ impl<'a> Effects<'a> {
     }
 
     /// Records a rest of the finger without contact: the time of occlusion restarts at zero.
-    pub fn record_rest<const M: usize, const P: usize>(contact: &mut Contact<M, P>) {
+    pub fn record_rest<const M: usize, const P: usize, R: Memory<M, P, f32>>(contact: &mut Contact<M, P, R>) {
         contact.record_rest();
     }
 }
@@ -122,10 +123,10 @@ impl<'a, L: Library> Effects<'a, L> {
     /// [`Status::EFFECT_HELD`] flags values that are limited to their range: a strength factor outside 0.1 to 5 or a stiffness factor outside
     /// 0.2 to 5, both including the caller's; a normal force below 0; a table outside the range of its driver. It also flags values that are
     /// left out: a force that is not finite or above 1000 N, and a table without its driver.
-    pub fn step<const M: usize, const N: usize, const P: usize>(
+    pub fn step<const M: usize, const N: usize, const P: usize, R: Memory<M, P, f32>>(
         &self,
         model: &ModelOf<'_, M, N>,
-        contact: &mut Contact<M, P>,
+        contact: &mut Contact<M, P, R>,
         surroundings: Surroundings,
         motion: Motion,
     ) -> Response {
@@ -178,8 +179,9 @@ impl<'a, L: Library> Effects<'a, L> {
             let limit = response.friction_limit_n;
             response.friction_limit_n = limit + drag.abs();
             if drag != 0.0 && limit > 0.0 {
-                response.slip_margin *= limit / response.friction_limit_n;
-                response.slip_margin_relaxed = response.slip_margin;
+                let share = limit / response.friction_limit_n;
+                response.slip_margin *= share;
+                response.slip_margin_relaxed *= share;
             }
             return response.on_plane();
         }
@@ -194,10 +196,10 @@ impl<'a, L: Library> Effects<'a, L> {
 
     /// The same with tables of the sensor over temperature, time or user-defined columns. Tables over speed read the nominal speed of the
     /// surroundings.
-    pub fn reading_under<const M: usize, const P: usize>(
+    pub fn reading_under<const M: usize, const P: usize, R: Memory<M, P, f32>>(
         &self,
         response: &Response,
-        contact: &Contact<M, P>,
+        contact: &Contact<M, P, R>,
         surroundings: &Surroundings,
     ) -> [f32; 3] {
         let speed_mm_s = surroundings.speed_mm_s.unwrap_or(0.0);

@@ -5,6 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math::{Elementary, Scalar};
+use crate::memory as bed;
 use crate::pad::{Body, Memory, Pad, PadState, axes};
 use crate::{Error, ModelOf, Motion, Response, StateOf, step};
 
@@ -150,19 +151,21 @@ impl<'a, const M: usize, const N: usize, T: Scalar> RoundBed<'a, M, N, T> {
     }
 }
 
-impl<const M: usize, const N: usize, const P: usize, T: Elementary> Finger<StateOf<M, P, T>> for RoundBed<'_, M, N, T> {
+impl<const M: usize, const N: usize, const P: usize, T: Elementary, R: bed::Memory<M, P, T>> Finger<StateOf<M, P, T, R>>
+    for RoundBed<'_, M, N, T>
+{
     type Scalar = T;
     const TOUCHES_CURVED: bool = false;
 
-    fn fresh(&self) -> Result<StateOf<M, P, T>, Error> {
+    fn fresh(&self) -> Result<StateOf<M, P, T, R>, Error> {
         Ok(StateOf::default())
     }
-    fn restart(&self, state: &mut StateOf<M, P, T>) {
+    fn restart(&self, state: &mut StateOf<M, P, T, R>) {
         let factor = state.strength_factor();
         *state = StateOf::default();
         state.set_strength_factor(factor);
     }
-    fn in_contact(&self, state: &StateOf<M, P, T>) -> bool {
+    fn in_contact(&self, state: &StateOf<M, P, T, R>) -> bool {
         state.in_contact()
     }
     fn neutral_deg(&self) -> [T; 2] {
@@ -192,7 +195,7 @@ impl<const M: usize, const N: usize, const P: usize, T: Elementary> Finger<State
     fn lowest_slopes_mm(&self, tilt: [T; 2], _: &Held<T>) -> [T; 2] {
         [0, 1].map(|k| self.radius_mm[k] * tilt[k].sin_cos().0)
     }
-    fn advance(&self, state: &mut StateOf<M, P, T>, _: &Body<T>, motion: Motion<T>, _: [T; 2]) -> Response<T> {
+    fn advance(&self, state: &mut StateOf<M, P, T, R>, _: &Body<T>, motion: Motion<T>, _: [T; 2]) -> Response<T> {
         step(&self.model, state, motion)
     }
 }

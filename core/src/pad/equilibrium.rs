@@ -6,9 +6,10 @@ use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math::{Elementary, Scalar};
+use crate::relaxation::Perhaps;
 
 use super::body::{Surface, mean, point};
-use super::memory::{Memory, Perhaps, Weights};
+use super::memory::{Memory, Weights};
 use super::orthotropy::SkinAxis;
 use super::patch::Compressed;
 use super::touch::Approach;

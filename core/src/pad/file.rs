@@ -5,6 +5,7 @@
 use crate::build::{MAGIC, VERSION};
 use crate::error::Field;
 use crate::model_file::{Writer, check_envelope, check_start, section, word};
+use crate::sections::RELAXATION;
 use crate::{Error, Relaxation};
 
 use super::{MODES, Numbers, Orthotropy, Pad, Patch};
@@ -12,8 +13,6 @@ use super::{MODES, Numbers, Orthotropy, Pad, Patch};
 const NUMBERS: [u8; 4] = *b"PADN";
 const PATCHES: [u8; 4] = *b"PADP";
 const META: [u8; 4] = *b"META";
-/// Branches of the tissue; only in files of tissue that relaxes.
-const RELAXATION: [u8; 4] = *b"RELX";
 /// Orthotropic friction; only in files of a finger that has it.
 const ORTHOTROPY: [u8; 4] = *b"ORTH";
 /// Largest magnitude of a number of a pad; far above those of any finger.

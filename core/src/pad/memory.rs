@@ -7,7 +7,7 @@ use core::fmt::Debug;
 use nalgebra::Vector3;
 
 use crate::math::Elementary;
-use crate::relaxation::{BRANCHES, Clock, Relaxation, towards};
+use crate::relaxation::{BRANCHES, Clock, Perhaps, Relaxation, towards};
 
 use super::vector::{Bulk, zeros};
 
@@ -29,19 +29,6 @@ mod sealed {
     pub trait Sealed {}
     impl Sealed for () {}
     impl<const P: usize, T> Sealed for super::PadMemory<P, T> {}
-}
-
-/// A value, or none, by its type.
-pub trait Perhaps<X>: Copy {
-    #[doc(hidden)]
-    fn get(&self) -> Option<&X>;
-}
-
-impl<X> Perhaps<X> for () {
-    #[inline(always)]
-    fn get(&self) -> Option<&X> {
-        None
-    }
 }
 
 /// The branches in the equations of a step.
@@ -99,6 +86,8 @@ pub struct PadMemory<const P: usize, T = f32> {
     /// Stretch of each patch along the body's axes x and y, mm.
     across: [[[T; 2]; P]; BRANCHES],
     pub(super) clock: Clock<T>,
+    /// Bits of the branches that did not change when they were last moved on.
+    settled: u32,
 }
 
 // SAFETY: `repr(C)` over 32-bit floats and a u32: no padding, and any bits are a value.
@@ -129,6 +118,7 @@ impl<const P: usize, T: Elementary> Memory<P, T> for PadMemory<P, T> {
             normal: [zeros(); BRANCHES],
             across: [[zeros(); P]; BRANCHES],
             clock: Clock::new(),
+            settled: 0,
         }
     }
 
@@ -195,8 +185,20 @@ impl<const P: usize, T: Elementary> PadMemory<P, T> {
         }
         for (i, share) in due.iter().enumerate() {
             if share.is_some() {
-                self.clock.moved_on(i, is_changed[i]);
+                self.clock.moved_on(i);
+                self.settled = self.settled & !(1 << i) | u32::from(!is_changed[i]) << i;
             }
         }
+    }
+
+    /// The finger moved: every memory may change again.
+    pub(super) fn unsettle(&mut self) {
+        self.settled = 0;
+    }
+
+    /// Whether no memory changes while the finger stands still.
+    pub(super) fn is_settled(&self, relaxation: &Relaxation<T>) -> bool {
+        let branches = relaxation.branches.iter().enumerate();
+        branches.filter(|(_, branch)| branch.share != T::of(0.0)).all(|(i, _)| self.settled & (1 << i) != 0)
     }
 }

@@ -5,11 +5,12 @@
 use nalgebra::Vector3;
 
 use crate::math::Elementary;
+use crate::relaxation::Perhaps;
 use crate::{Regime, Response, Status};
 
 use super::body::{Surface, spread, steepness};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch};
-use super::memory::{Memory, Perhaps, Weights};
+use super::memory::{Memory, Weights};
 use super::patch::{flat_force_rate, spread_along, times_spread};
 use super::state::{APART, PadState};
 use super::step::closest_place;

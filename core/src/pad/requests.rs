@@ -7,12 +7,13 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 use crate::math::Elementary;
+use crate::relaxation::Perhaps;
 use crate::tuning::Units;
 
 use super::Pad;
 use super::body::{InUnits, Surface};
 use super::equilibrium::{ActivePatch, Equations, Stiffening};
-use super::memory::{Memory, Perhaps};
+use super::memory::Memory;
 use super::outcome::{Loads, slipping};
 use super::state::{PadState, PatchState};
 use super::step::Candidates;

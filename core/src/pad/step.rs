@@ -6,12 +6,13 @@ use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math::Elementary;
+use crate::relaxation::Perhaps;
 use crate::step::rare;
 use crate::{Motion, Response, Status};
 
 use super::body::{InUnits, Sides, Surface, spread};
 use super::equilibrium::{ActivePatch, Equations, Frame, PatchContact, PlacedPatch, Stiffening, anchor_at};
-use super::memory::{Memory, Perhaps};
+use super::memory::Memory;
 use super::orthotropy::SkinAxis;
 use super::patch::{Compressed, root_of_variance, spread_along};
 use super::state::{APART, PadState};
@@ -153,9 +154,9 @@ impl<T: Elementary> Pad<'_, T> {
         let mut rests = converged && status == Status::OK && still(&motion) && still(&state.drift) && !sums.is_changed;
         if let Some(memory) = state.memory.get() {
             if !rests {
-                memory.clock.unsettle();
+                memory.unsettle();
             }
-            rests &= memory.clock.is_settled(&self.relaxation);
+            rests &= memory.is_settled(&self.relaxation);
         }
         if rests {
             response.slip_margin_relaxed = response.slip_margin;

@@ -14,8 +14,8 @@ use fingerpad::margin::{Margin, MarginObserver, Reading, Settings as MarginSetti
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Cylinder, Edge, PadFile, PadState, Plane, RelaxingPadState, Sphere};
 use fingerpad::{
-    Branch, Contact, Drive, Effects, File, Gradient, Grip, Model, Motion, NODES, Normal, Relaxation, Response, SPRINGS,
-    SpinState, State, Surroundings, Tangential, Tuning,
+    BedMemory, Branch, Contact, Drive, Effects, File, ForceStateOf, Gradient, Grip, Model, Motion, NODES, Normal,
+    Relaxation, RelaxingState, Response, SPRINGS, SpinState, State, Surroundings, Tangential, Tuning,
 };
 use panic_never as _;
 
@@ -73,10 +73,27 @@ fn setup(bytes: &[u8], f: [f32; 4]) -> Option<(Response, State)> {
     black_box(one_step_with_effects(&effects, &model, &mut contact, &motion));
     Effects::record_rest(&mut contact);
     black_box(requests(&model, &mut state, f));
+    black_box(relaxing(bytes, motion));
     black_box(calibrate(&model, f));
     black_box(observe(&model, f));
     let saved = black_box(state.to_bytes(model.data()));
     Some((r, State::from_bytes(model.data(), &saved).ok()?))
+}
+
+/// A bed whose tissue relaxes.
+#[inline(never)]
+fn relaxing(bytes: &[u8], motion: Motion) -> Option<RelaxingState<2>> {
+    let file = File::relaxing(bytes).ok()?;
+    let mut contact = Contact::<SPRINGS, 1, BedMemory<SPRINGS>>::default();
+    black_box(Effects::of_file(&file).ok()?.step(&file.model, &mut contact, Surroundings::default(), motion));
+    let mut forces = ForceStateOf::<SPRINGS, 1, f32, BedMemory<SPRINGS>>::default();
+    black_box(file.model.step_forces(&mut forces, motion));
+    let mut state = RelaxingState::<2>::relaxing();
+    black_box(file.model.step(&mut state, motion));
+    black_box(file.model.gradient(&state, [motion.depth_mm; 3]));
+    let mut saved = [0; RelaxingState::<2>::SAVED_BYTES];
+    state.write_bytes(file.model.checksum(), &mut saved).ok()?;
+    RelaxingState::read_bytes(file.model.checksum(), black_box(&saved)).ok()
 }
 
 #[inline(never)]

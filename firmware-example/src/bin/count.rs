@@ -9,8 +9,8 @@ use fingerpad::build::{DataOf, EffectSlot, ParamsOf};
 use fingerpad::calibration::{Calibration, Measured, Settings};
 use fingerpad::margin::{Margin, MarginObserver, Reading, Settings as MarginSettings};
 use fingerpad::{
-    Contact, Drive, Effects, Error, ForceResponse, ForceStateOf, Motion, NODES, Normal, Response, SPRINGS, StateOf,
-    Surroundings, Tangential, Tuning, step,
+    BedMemory, Contact, Drive, Effects, Error, ForceResponse, ForceStateOf, Memory, Motion, NODES, Normal, Relaxation,
+    Response, SPRINGS, StateOf, Surroundings, Tangential, Tuning, step,
 };
 use fingerpad_firmware::count::{Count, count, known_loop, start};
 use fingerpad_firmware::exit;
@@ -25,15 +25,15 @@ fn example<const M: usize>() -> Result<DataOf<M, NODES>, Error> {
     ParamsOf::example_with(springs).try_build()
 }
 
-struct Bench<'a, const M: usize, const P: usize = 1> {
+struct Bench<'a, const M: usize, const P: usize = 1, R = ()> {
     model: fingerpad::ModelOf<'a, M, NODES>,
-    state: StateOf<M, P>,
+    state: StateOf<M, P, f32, R>,
     response: Response,
-    force_state: ForceStateOf<M, P>,
+    force_state: ForceStateOf<M, P, f32, R>,
     forces: ForceResponse,
 }
 
-impl<'a, const M: usize, const P: usize> Bench<'a, M, P> {
+impl<'a, const M: usize, const P: usize, R: Default> Bench<'a, M, P, R> {
     fn new(model: fingerpad::ModelOf<'a, M, NODES>) -> Self {
         let (state, force_state) = (StateOf::default(), ForceStateOf::default());
         Self { model, state, response: Response::default(), force_state, forces: ForceResponse::default() }
@@ -46,11 +46,11 @@ fn motion<const P: usize>(s: &[f32; 4]) -> Motion {
     Motion { depth_mm: s[0], slide_increment_mm: [s[1], s[2]], spin_increment_rad, dt_s: s[3] }
 }
 
-extern "C" fn ours<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
+extern "C" fn ours<const M: usize, const P: usize, R: Memory<M, P, f32>>(b: &mut Bench<'_, M, P, R>, s: &[f32; 4]) {
     b.response = step(&b.model, &mut b.state, motion::<P>(s));
 }
 
-extern "C" fn forces<const M: usize, const P: usize>(b: &mut Bench<'_, M, P>, s: &[f32; 4]) {
+extern "C" fn forces<const M: usize, const P: usize, R: Memory<M, P, f32>>(b: &mut Bench<'_, M, P, R>, s: &[f32; 4]) {
     b.forces = b.model.step_forces(&mut b.force_state, motion::<P>(s));
 }
 
@@ -83,8 +83,8 @@ fn print(name: &str, c: Count) {
 fn row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
     let data = example::<M>()?;
     let mut bench = Bench::<M>::new(data.model()?);
-    print(names[0], count(forces::<M, 1>, &mut bench, samples));
-    print(names[1], count(ours::<M, 1>, &mut bench, samples));
+    print(names[0], count(forces::<M, 1, ()>, &mut bench, samples));
+    print(names[1], count(ours::<M, 1, ()>, &mut bench, samples));
     black_box((&bench.response, &bench.forces));
     Ok(())
 }
@@ -92,8 +92,19 @@ fn row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Err
 fn spin_row<const M: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
     let data = example::<M>()?;
     let mut bench = Bench::<M, 2>::new(data.model()?);
-    print(names[0], count(forces::<M, 2>, &mut bench, samples));
-    print(names[1], count(ours::<M, 2>, &mut bench, samples));
+    print(names[0], count(forces::<M, 2, ()>, &mut bench, samples));
+    print(names[1], count(ours::<M, 2, ()>, &mut bench, samples));
+    black_box((&bench.response, &bench.forces));
+    Ok(())
+}
+
+/// The default bed with three branches of the tissue.
+fn relaxing_row<const P: usize>(names: [&str; 2], samples: &[[f32; 4]]) -> Result<(), Error> {
+    let data = example::<SPRINGS>()?;
+    let model = data.model()?.with_relaxation(&Relaxation::HUMAN_ASSUMED)?;
+    let mut bench = Bench::<SPRINGS, P, BedMemory<SPRINGS, P>>::new(model);
+    print(names[0], count(forces::<SPRINGS, P, BedMemory<SPRINGS, P>>, &mut bench, samples));
+    print(names[1], count(ours::<SPRINGS, P, BedMemory<SPRINGS, P>>, &mut bench, samples));
     black_box((&bench.response, &bench.forces));
     Ok(())
 }
@@ -105,6 +116,8 @@ fn all(samples: &[[f32; 4]]) -> Result<(), Error> {
     row::<8>(["step_forces M=8", "step M=8"], samples)?;
     spin_row::<3>(["spin step_forces M=3", "spin M=3"], samples)?;
     spin_row::<4>(["spin step_forces M=4", "spin M=4"], samples)?;
+    relaxing_row::<1>(["step_forces, three branches", "step, three branches"], samples)?;
+    relaxing_row::<2>(["spin step_forces, three branches", "spin step, three branches"], samples)?;
     let model = fingerpad_firmware::model()?;
     let mut bench = Bench::<SPRINGS>::new(model);
     print("gradient", count(gradient, &mut bench, samples));

@@ -44,7 +44,7 @@ Paths are those of `simulate`: depth_mm or normal_force_n, slides or friction_x_
 pitch_deg and roll_deg. All of them are linear between rows. Moments in place of angles are refused. The response has
 the columns of `simulate`, and friction_limit_n, slip_margin, band_normal_n, band_friction_n,
 tangential_friction_x_n, tangential_friction_y_n (friction without the pressure on a body's slopes), slip_margin_relaxed
-(the margin that is left when the tissue of a pad has relaxed, else the slip margin). The bands are
+(the margin that is left when the tissue has relaxed). The bands are
 half-widths that contain 95 % of the finite-element rows that were left out of the fit. Steps are at most 0.02 mm and
 0.4 degrees; all arithmetic is that of the package on the microcontroller. If a force cannot be reached, the result is
 the nearest state, with the status load_not_reached. Flags of the column status are counted on standard error.
@@ -59,7 +59,7 @@ slide_y_mm (forces on the finger, slide of the surface against the finger's base
 is known of the surface: strength factor and slip margin with their 95 % bands, the chance of full slip within 50 ms, and
 whether this is more than the prior (docs/unknown-friction.md).
 
---relaxation lets the tissue of a pad relax: held, the force falls as 1 plus the sum of the shares times exp(-t/time); the
+--relaxation lets the tissue relax: held, the force falls as 1 plus the sum of the shares times exp(-t/time); the
 response then has more rows. human-assumed has published times (4 ms, 70 ms, 1.4 s) and assumed shares (1, 0.6, 0.6).
 
 A model file is either a bed of springs, for one pose of the finger on a plane, or a pad, for every pose on a plane, a
@@ -86,7 +86,7 @@ pub struct Args {
     conditions: Conditions,
     #[command(flatten)]
     body: BodyArgs,
-    /// Branches of a pad's tissue in place of those of its file: `human-assumed`, `none`, or SHARE:TIME_S of up to three
+    /// Branches of the tissue in place of those of the model file: `human-assumed`, `none`, or SHARE:TIME_S of up to three
     /// branches, shares over the relaxed stiffness
     #[arg(long, value_name = "BRANCHES", value_parser = relaxation::parse, conflicts_with_all = ["runs", "observe"])]
     relaxation: Option<Relaxation>,
@@ -109,8 +109,7 @@ pub struct Args {
 impl Args {
     /// The flag that only a pad has, if one is given.
     fn pad_flag(&self) -> Option<&'static str> {
-        let relaxation = self.relaxation.is_some().then_some("--relaxation");
-        relaxation.or(self.orthotropy.is_some().then_some("--orthotropy"))
+        self.orthotropy.is_some().then_some("--orthotropy")
     }
 }
 
@@ -216,7 +215,7 @@ const PREDICTION: &str = "run_id,t_s,depth_mm,slide_x_mm,slide_y_mm,normal_force
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (mut file, mut model_name) = model::load_any(args.model.as_deref())?;
+    let (mut file, mut model_name) = model::load_in_time(args.model.as_deref())?;
     let inputs = [
         ("--model", &args.model),
         ("--path", &args.path),
@@ -254,6 +253,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(flag) = args.pad_flag() {
         return Err(Failure::Input(anyhow!("{model_name}: {flag} needs a pad; a bed of springs does not have it")));
     }
+    if args.path.is_none() && file.file().model.relaxation().is_some() {
+        return Err(Failure::Input(anyhow!(
+            "{model_name}: section RELX: --runs and --observe need a bed of springs whose tissue does not relax"
+        )));
+    }
     if let Some(log) = &args.observe.observe {
         return super::observe::run(&args.observe, log, &file, outputs, &args.out);
     }
@@ -271,10 +275,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             };
             check(path, &plane, &file, &model_name)?;
             let own = AlongPath::of(args, &columns, varying, &model_name, path)?;
+            let mut file = file.file();
+            if let Some(relaxation) = &args.relaxation {
+                let refused = |e| Failure::Input(anyhow::Error::new(e).context(format!("{model_name}: --relaxation")));
+                file = file.with_relaxation(relaxation).map_err(refused)?;
+            }
+            if let Some(sentence) = file.model.relaxation().and_then(relaxation::assumption) {
+                eprintln!("{sentence}");
+            }
             outputs.prepare()?;
             warn_of_depths(&plane);
             let rows = during("path", |_| along_path(args, &file, &model_name, path, &plane, &own))?;
-            write(args, &plane, &rows, &Range::of_bed(&file.file()))
+            write(args, &plane, &rows, &Range::of_bed(&file))
         }
         (None, None) => Err(Failure::Input(anyhow!("--path is missing"))),
     }
@@ -442,17 +454,16 @@ fn check(path_file: &Path, path: &PlanePath, model_file: &ModelFile, model_name:
 
 fn along_path(
     args: &Args,
-    file: &ModelFile,
+    file: &File<'_>,
     model_name: &str,
     path_file: &Path,
     path: &PlanePath,
     own: &AlongPath,
 ) -> Result<Vec<TrajectoryRow>, Failure> {
-    let file = file.file();
     let rows = if file.effects.is_empty() {
         simulate_path(&file.model, path)
     } else {
-        let effects = Effects::of_file(&file)
+        let effects = Effects::of_file(file)
             .map_err(|error| Failure::Input(anyhow::Error::new(error).context(model_name.to_owned())))?;
         let surroundings = args.conditions.surroundings(own.constant);
         simulate_path_with_effects(&file.model, &effects, surroundings, &own.varying, path)

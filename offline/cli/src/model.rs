@@ -20,8 +20,17 @@ pub enum Loaded {
     Pad(PadModelFile),
 }
 
-/// A model file of either kind and its name; without a path the bed that ships.
+/// A model file of a pad, or of a bed whose tissue does not relax, and its name; without a path the bed that ships.
 pub fn load_any(path: Option<&Path>) -> Result<(Loaded, String), Failure> {
+    any(path, ModelFile::new)
+}
+
+/// The same for a command that follows the tissue of a bed in time.
+pub fn load_in_time(path: Option<&Path>) -> Result<(Loaded, String), Failure> {
+    any(path, ModelFile::relaxing)
+}
+
+fn any(path: Option<&Path>, read: fn(&[u8]) -> Result<ModelFile, Error>) -> Result<(Loaded, String), Failure> {
     if let Some(path) = path {
         let place = || path.display().to_string();
         let bytes = std::fs::read(path).with_context(place).map_err(Failure::Input)?;
@@ -32,7 +41,7 @@ pub fn load_any(path: Option<&Path>) -> Result<(Loaded, String), Failure> {
             Err(error) => return Err(Failure::Input(anyhow::Error::new(error).context(place()))),
         }
     }
-    load(path).map(|(file, name)| (Loaded::Bed(file), name))
+    bed(path, read).map(|(file, name)| (Loaded::Bed(file), name))
 }
 
 /// The pad that ships and its name.
@@ -46,8 +55,12 @@ fn name_of(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
 }
 
-/// A model file of a bed and its name; without a path the one that ships.
+/// A model file of a bed whose tissue does not relax and its name; without a path the one that ships.
 pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {
+    bed(path, ModelFile::new)
+}
+
+fn bed(path: Option<&Path>, read: fn(&[u8]) -> Result<ModelFile, Error>) -> Result<(ModelFile, String), Failure> {
     match path {
         None => {
             let file = ModelFile::new(SHIPPED)
@@ -63,7 +76,7 @@ pub fn load(path: Option<&Path>) -> Result<(ModelFile, String), Failure> {
                     place()
                 )));
             }
-            let file = ModelFile::new(&bytes).with_context(place).map_err(Failure::Input)?;
+            let file = read(&bytes).with_context(place).map_err(Failure::Input)?;
             Ok((file, name_of(path)))
         }
     }

@@ -3,15 +3,21 @@
 //! Main types: [`check_path`], [`simulate_path`], [`TrajectoryRow`]. Uses `fingerpad` and slide's [`Path`].
 
 use fingerpad::{
-    Contact, Drive as CoreDrive, Effects, ModelOf, Motion, Normal, Regime, Response, StateOf, Surroundings, Tangential,
+    BedMemory, Contact, Drivable, Drive as CoreDrive, Effects, Memory, ModelOf, Motion, Normal, Regime,
+    RelaxingStateOf, Response, StateOf, Surroundings, Tangential,
 };
 
-use fingerpad_fe::load_path::{self, Drive, Path, Turn};
+use fingerpad_fe::load_path::{self, Drive, Path, Turn, Turns, Waypoint};
 
 /// Longest motion of one step, mm, as in replays.
 const STEP_MM: f64 = super::STEP_MM as f64;
 /// Largest change of a driven force in one step, N.
 const STEP_N: f64 = 0.005;
+/// Tissue that relaxes: the first interval between rows, s, how much longer each next one is, and the longest one over its segment.
+const FIRST_S: f64 = 1e-3;
+const LONGER: f64 = 1.1;
+const LONGEST_PART: f64 = 5e-3;
+
 /// Distance between rows within a segment, steps.
 const STEPS_PER_ROW: usize = 5;
 /// Angles of a path, with the columns that drive them by angle and by moment.
@@ -169,6 +175,8 @@ fn turns(path: &Path) -> [Option<&Turn>; 3] {
 
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
+/// Tissue that relaxes has more rows: in each segment they begin 1 ms apart and grow apart to a two-hundredth of it.
+///
 /// Spin changes linearly between waypoints, as depth and slides do. Slides driven by force start from 0. If a force cannot be reached, the
 /// row has the nearest state and a flag.
 ///
@@ -180,22 +188,71 @@ pub fn simulate_path<const M: usize, const N: usize>(
 ) -> Result<Vec<TrajectoryRow>, PathError> {
     check_path(model, false, path)?;
     // A path with any rotation needs pairs of springs for the moment.
-    Ok(if path.turns.is_none() { driven::<M, N, 1>(model, path) } else { driven::<M, N, 2>(model, path) })
+    let follow = match (path.turns.is_none(), model.relaxation().is_some()) {
+        (true, false) => driven::<M, N, StateOf<M>>,
+        (false, false) => driven::<M, N, StateOf<M, 2>>,
+        (true, true) => driven::<M, N, RelaxingStateOf<M>>,
+        (false, true) => driven::<M, N, RelaxingStateOf<M, 2>>,
+    };
+    Ok(if model.relaxation().is_some() { follow(model, &in_time(path)) } else { follow(model, path) })
 }
 
-fn driven<const M: usize, const N: usize, const P: usize>(
-    model: &ModelOf<'_, M, N>,
+/// The path with more waypoints on its straight lines, for tissue that relaxes.
+pub(crate) fn in_time(path: &Path) -> Path {
+    // Segment and share of it.
+    let mut places = vec![(0, 0.0)];
+    for (k, pair) in path.waypoints.windows(2).enumerate() {
+        let whole = pair[1].t_s - pair[0].t_s;
+        let (mut t, mut interval) = (0.0, FIRST_S);
+        while t + 1.5 * interval < whole {
+            t += interval;
+            interval = (interval * LONGER).min(LONGEST_PART * whole).max(FIRST_S);
+            places.push((k, t / whole));
+        }
+        places.push((k, 1.0));
+    }
+    let at = |of: &dyn Fn(usize) -> f64, (k, share): (usize, f64)| match share {
+        0.0 => of(k),
+        1.0 => of(k + 1),
+        _ => of(k) + share * (of(k + 1) - of(k)),
+    };
+    let corner = |part: fn(&Waypoint) -> f64, place| at(&|k| part(&path.waypoints[k]), place);
+    let waypoint = |place: &(usize, f64)| Waypoint {
+        t_s: corner(|w| w.t_s, *place),
+        normal: corner(|w| w.normal, *place),
+        x: corner(|w| w.x, *place),
+        y: corner(|w| w.y, *place),
+    };
+    let turned = |turn: &Option<Turn>| {
+        turn.as_ref().map(|Turn { drive, values }| Turn {
+            drive: *drive,
+            values: places.iter().map(|place| at(&|k| values[k], *place)).collect(),
+        })
+    };
+    let Turns { spin, pitch, roll } = &path.turns;
+    Path {
+        drives: path.drives,
+        waypoints: places.iter().map(waypoint).collect(),
+        turns: Turns { spin: turned(spin), pitch: turned(pitch), roll: turned(roll) },
+    }
+}
+
+fn driven<'a, const M: usize, const N: usize, S: Clone + Default>(
+    model: &ModelOf<'a, M, N>,
     path: &Path,
-) -> Vec<TrajectoryRow> {
-    let mut state = StateOf::<M, P>::default();
+) -> Vec<TrajectoryRow>
+where
+    ModelOf<'a, M, N>: Drivable<S>,
+{
+    let mut state = S::default();
     along(path, model.data().pose_deg[0].into(), &mut |place: Place, at: &mut Position| {
         driven_step(model, &mut state, path.drives, &place, at)
     })
 }
 
-fn driven_step<const M: usize, const N: usize, const P: usize>(
-    model: &ModelOf<'_, M, N>,
-    state: &mut StateOf<M, P>,
+fn driven_step<S: Clone>(
+    model: &impl Drivable<S>,
+    state: &mut S,
     drives: [Drive; 3],
     &Place { target, dt, .. }: &Place,
     at: &mut Position,
@@ -237,18 +294,23 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
     path: &Path,
 ) -> Result<Vec<TrajectoryRow>, PathError> {
     check_path(model, true, path)?;
-    let follow = if path.turns.is_none() { with_effects::<M, N, 1> } else { with_effects::<M, N, 2> };
+    let follow = match (path.turns.is_none(), model.relaxation().is_some()) {
+        (true, false) => with_effects::<M, N, 1, ()>,
+        (false, false) => with_effects::<M, N, 2, ()>,
+        (true, true) => with_effects::<M, N, 1, BedMemory<M>>,
+        (false, true) => with_effects::<M, N, 2, BedMemory<M, 2>>,
+    };
     Ok(follow(model, effects, surroundings, own, path))
 }
 
-fn with_effects<const M: usize, const N: usize, const P: usize>(
+fn with_effects<const M: usize, const N: usize, const P: usize, R: Memory<M, P, f32>>(
     model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     surroundings: Surroundings,
     own: &[Option<Vec<f64>>],
     path: &Path,
 ) -> Vec<TrajectoryRow> {
-    let mut contact = Contact::<M, P>::default();
+    let mut contact = Contact::<M, P, R>::default();
     let mut now = surroundings;
     along(
         path,

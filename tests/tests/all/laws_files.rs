@@ -101,9 +101,9 @@ fn file_with(own: &OwnLaw, columns: &[OwnColumn]) -> ModelFile {
     let slot = table.append(own, &mut section);
     let data = Params::example().try_build().unwrap();
     let columns: Vec<_> = columns.iter().map(|c| c.in_model_file().unwrap()).collect();
-    let tables = fingerpad::build::Tables { numbers: &section, columns: &columns };
-    let mut bytes = vec![0; fingerpad::build::Data::file_length_with_tables(&[slot], tables, "{}")];
-    data.write_file_with_tables(&[slot], tables, "{}", &mut bytes).unwrap();
+    let tables = fingerpad::build::Sections { tables: &section, columns: &columns, ..Default::default() };
+    let mut bytes = vec![0; fingerpad::build::Data::file_length_with(&[slot], tables, "{}")];
+    data.write_file_with(&[slot], tables, "{}", &mut bytes).unwrap();
     let plain = fingerpad::build::Data::file_length(&[], "{}");
     let of_columns = size_of_val(&columns[..]);
     assert!(

@@ -1,11 +1,12 @@
 //! What the core answers to a story.
 
+use bytemuck::Pod;
 use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::{
-    Contact, Drive, Driven, Error, File, ForceResponse, ForceState, Gradient, Model, Motion, Normal, Response, SPRINGS,
-    SpinState, State, StateOf, Surroundings, Tangential, Tuning, state_bytes,
+    Contact, Drive, Driven, Error, File, ForceResponse, ForceState, Gradient, Memory, Model, Motion, Normal,
+    Relaxation, RelaxingState, Response, SPRINGS, SpinState, State, StateOf, Surroundings, Tangential, Tuning,
 };
 
 use crate::pad::{TellsPad, teller};
@@ -25,6 +26,10 @@ pub struct Teller<'a> {
     contact: Contact<SPRINGS>,
     around: Surroundings,
     watch: Watch,
+    /// The first model with tissue that relaxes.
+    soft: Model<'a>,
+    soft_plain: RelaxingState<1>,
+    soft_spin: RelaxingState<2>,
     pads: &'a [PadModelFile],
     pad: Box<dyn TellsPad + 'a>,
 }
@@ -42,6 +47,9 @@ impl<'a> Teller<'a> {
             contact: Contact::default(),
             around: Surroundings::default(),
             watch: Watch::new(0),
+            soft: soft(files),
+            soft_plain: RelaxingState::relaxing(),
+            soft_spin: RelaxingState::relaxing(),
             pads,
             pad: teller(&pads[0]),
         }
@@ -83,8 +91,14 @@ impl<'a> Teller<'a> {
             }
             Request::Gradient(direction) => {
                 let (plain, spin) = (&self.plain, &self.spin);
-                let [one, other] = [self.model.gradient(plain, direction), self.model.gradient(spin, direction)];
-                format!("{}{}", derivatives(&one), derivatives(&other))
+                let (soft_plain, soft_spin) = (&self.soft_plain, &self.soft_spin);
+                let all = [
+                    self.model.gradient(plain, direction),
+                    self.model.gradient(spin, direction),
+                    self.soft.gradient(soft_plain, direction),
+                    self.soft.gradient(soft_spin, direction),
+                ];
+                all.iter().map(derivatives).collect()
             }
             Request::Grip([x, y, margin, factor]) => {
                 let grip = self.model.least_grip([x, y], margin, factor);
@@ -111,6 +125,7 @@ impl<'a> Teller<'a> {
         match self.file.model.tuned(tuning) {
             Ok(tuned) => {
                 self.model = tuned;
+                self.soft = soft(self.files).tuned(tuning).expect("the same factors");
                 "0".to_owned()
             }
             Err(Error::Range { .. }) => RANGE.to_string(),
@@ -124,6 +139,8 @@ impl<'a> Teller<'a> {
         }
         self.plain.set_strength_factor(factor);
         self.spin.set_strength_factor(factor);
+        self.soft_plain.set_strength_factor(factor);
+        self.soft_spin.set_strength_factor(factor);
         self.force_state.set_strength_factor(factor);
         self.contact.state.set_strength_factor(factor);
         "0".to_owned()
@@ -146,13 +163,20 @@ impl<'a> Teller<'a> {
         let reading =
             words(&effects.reading(&three)) + &words(&effects.reading_under(&three, &self.contact, &self.around));
         let alone = forces_alone(&self.model.step_forces(&mut self.force_state, motion));
-        format!("{}{}{}{alone}{reading}{events}", forces(&one), forces(&two), forces(&three))
+        let soft = [self.soft.step(&mut self.soft_plain, motion), self.soft.step(&mut self.soft_spin, motion)];
+        let soft: String = soft.iter().map(forces).collect();
+        format!("{}{}{}{alone}{soft}{reading}{events}", forces(&one), forces(&two), forces(&three))
     }
 
     fn driven(&mut self, drive: Drive) -> String {
         let (plain, spin) = (&mut self.plain, &mut self.spin);
-        let both = [self.model.step_driven(plain, drive), self.model.step_driven(spin, drive)];
-        both.iter().map(|Driven { response, motion }| forces(response) + &moved(motion)).collect()
+        let all = [
+            self.model.step_driven(plain, drive),
+            self.model.step_driven(spin, drive),
+            self.soft.step_driven(&mut self.soft_plain, drive),
+            self.soft.step_driven(&mut self.soft_spin, drive),
+        ];
+        all.iter().map(|Driven { response, motion }| forces(response) + &moved(motion)).collect()
     }
 
     fn save(&mut self) -> String {
@@ -160,6 +184,8 @@ impl<'a> Teller<'a> {
         let mut says = String::new();
         saved(model, &mut self.plain, &mut says);
         saved(model, &mut self.spin, &mut says);
+        saved(self.soft.checksum(), &mut self.soft_plain, &mut says);
+        saved(self.soft.checksum(), &mut self.soft_spin, &mut says);
         says
     }
 }
@@ -171,8 +197,16 @@ pub fn reference(file: &File<'_>) -> Surroundings {
     out
 }
 
-fn saved<const P: usize>(model: u32, state: &mut StateOf<SPRINGS, P>, says: &mut String) {
-    let mut bytes = vec![0; state_bytes(SPRINGS, P)];
+fn soft<'a>(files: &'a [ModelFile; 2]) -> Model<'a> {
+    files[0].file().model.with_relaxation(&Relaxation::HUMAN_ASSUMED).expect("the bed that ships may relax")
+}
+
+fn saved<const P: usize, R: Memory<SPRINGS, P, f32> + Pod>(
+    model: u32,
+    state: &mut StateOf<SPRINGS, P, f32, R>,
+    says: &mut String,
+) {
+    let mut bytes = vec![0; StateOf::<SPRINGS, P, f32, R>::SAVED_BYTES];
     state.write_bytes(model, &mut bytes).expect("the buffer has that length");
     *state = StateOf::read_bytes(model, &bytes).expect("what was written can be read");
     says.push(' ');

@@ -2,7 +2,7 @@
 //! voltage and temperature.
 
 use fingerpad::Error;
-use fingerpad::build::{Data, EffectSlot, TableColumn, Tables};
+use fingerpad::build::{Data, EffectSlot, Sections, TableColumn};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
 use fingerpad::host::ModelFile;
 
@@ -36,8 +36,8 @@ pub fn charged(file: &ModelFile) -> Result<ModelFile, Error> {
     };
     add(Target::Strength, [voltage(17), Axis::NONE], |v, _| 0.4 * v * v);
     add(Target::ReadingNormal, [voltage(5), temperature], |v, t| 0.05 * v - 0.02 * t);
-    let tables = Tables { numbers: &numbers, columns: &[column] };
-    let mut bytes = vec![0; Data::file_length_with_tables(&slots, tables, file.meta)];
-    file.model.data().write_file_with_tables(&slots, tables, file.meta, &mut bytes)?;
+    let tables = Sections { tables: &numbers, columns: &[column], ..Sections::default() };
+    let mut bytes = vec![0; Data::file_length_with(&slots, tables, file.meta)];
+    file.model.data().write_file_with(&slots, tables, file.meta, &mut bytes)?;
     ModelFile::new(&bytes)
 }

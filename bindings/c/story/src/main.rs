@@ -2,7 +2,7 @@
 //! binding reads the first and must write the second, bit for bit. `places_*.txt` have the same by places (`places.rs`).
 //!
 //! `fingerpad-story MODEL.fpm CORRECTED.fpm FOLDER`. The second model is CORRECTED with tables over a voltage, which the folder
-//! gets as `charged.fpm`. Beside it lie the pad that ships, `fingertip-pad.fpm`, one of more patches, `halved-pad.fpm`, and both with tissue that relaxes. All numbers
+//! gets as `charged.fpm`. Beside it lie the first model with tissue that relaxes, `relaxing-bed.fpm`, the pad that ships, `fingertip-pad.fpm`, one of more patches, `halved-pad.fpm`, and both with tissue that relaxes. All numbers
 //! are 32-bit words in hexadecimal; `requests.rs` has the requests.
 
 mod answers;
@@ -15,6 +15,8 @@ mod requests;
 use std::fs;
 use std::path::Path;
 
+use fingerpad::Relaxation;
+use fingerpad::build::{Data, Sections};
 use fingerpad::host::{ModelFile, PadModelFile};
 
 use answers::Teller;
@@ -43,6 +45,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         fs::write(Path::new(folder).join(name), pad.bytes())?;
     }
     let files = [read(shipped)?, charged];
+    let (file, relaxation) = (files[0].file(), Relaxation::HUMAN_ASSUMED);
+    let sections = Sections { relaxation: Some(&relaxation), ..Sections::default() };
+    let mut bytes = vec![0; Data::file_length_with(file.effects, sections, file.meta)];
+    file.model.data().write_file_with(file.effects, sections, file.meta, &mut bytes)?;
+    fs::write(Path::new(folder).join("relaxing-bed.fpm"), bytes)?;
     let story = paths::story(&pads);
     let mut teller = Teller::new(&files, &pads);
     let answers: Vec<String> = story.iter().map(|request| teller.answer(request)).collect();

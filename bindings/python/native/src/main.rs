@@ -13,7 +13,7 @@ use fingerpad::frames::{Finger, FrameContact, RoundBed, Shape};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Body, Cylinder, Edge, Memory, Pad, PadMemory, PadState, Plane, Sphere, Surface};
-use fingerpad::{Model, Motion, Response, SpinState, StateOf};
+use fingerpad::{BedMemory, Model, Motion, RelaxingState, Response, SpinState, StateOf};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -26,8 +26,16 @@ fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
-        ["bed", model, "plain"] => on_bed::<1>(&load(model)?.file().model),
-        ["bed", model, "spin"] => on_bed::<2>(&load(model)?.file().model),
+        ["bed", model, spin] => {
+            let file = load(model)?;
+            let model = file.file().model;
+            match (spin, model.relaxation().is_some()) {
+                ("plain", false) => on_bed::<1, ()>(&model),
+                ("plain", true) => on_bed::<1, BedMemory<4>>(&model),
+                (_, false) => on_bed::<2, ()>(&model),
+                (_, true) => on_bed::<2, BedMemory<4, 2>>(&model),
+            }
+        }
         ["pad", model, body, radius, axis, angle, pitch, roll] => {
             let file = PadModelFile::new(&std::fs::read(model)?)?;
             let pad = file.file().pad;
@@ -51,8 +59,14 @@ fn main() -> Result<(), Failure> {
                 _ => return Err(format!("{shape} of {sizes:?} is no shape").into()),
             };
             if kind == "bed" {
-                let set = |state: &mut SpinState, factor| _ = state.set_strength_factor(factor);
-                return in_frames(&RoundBed::new(load(model)?.file().model), shape, set);
+                let file = load(model)?;
+                let model = file.file().model;
+                let bed = RoundBed::new(model);
+                return if model.relaxation().is_some() {
+                    in_frames::<RelaxingState<2>, _>(&bed, shape, |state, factor| _ = state.set_strength_factor(factor))
+                } else {
+                    in_frames::<SpinState, _>(&bed, shape, |state, factor| _ = state.set_strength_factor(factor))
+                };
             }
             let file = PadModelFile::new(&std::fs::read(model)?)?;
             let pad = file.file().pad;
@@ -69,7 +83,7 @@ fn main() -> Result<(), Failure> {
 }
 
 fn load(path: &str) -> Result<ModelFile, Failure> {
-    Ok(ModelFile::new(&std::fs::read(path)?)?)
+    Ok(ModelFile::relaxing(&std::fs::read(path)?)?)
 }
 
 /// Motion, strength factor and pose of every row on standard input.
@@ -84,8 +98,8 @@ fn rows() -> Result<Vec<(Motion, f32, [f32; 2])>, Failure> {
     Ok(bytes.as_chunks::<32>().0.iter().map(row).collect())
 }
 
-fn on_bed<const P: usize>(model: &Model) -> Result<(), Failure> {
-    let mut state = StateOf::<4, P>::default();
+fn on_bed<const P: usize, R: fingerpad::Memory<4, P, f32>>(model: &Model) -> Result<(), Failure> {
+    let mut state = StateOf::<4, P, f32, R>::default();
     let mut out = BufWriter::new(std::io::stdout().lock());
     for (motion, strength, _) in rows()? {
         state.set_strength_factor(strength);

@@ -96,6 +96,17 @@ class Model:
         the friction law, 0.1 to 10. Raises ModelError beyond.
         """
 
+    @property
+    def relaxation(self) -> list[tuple[float, float]]:
+        """Branches of tissue that relaxes: share of the relaxed stiffness, and time, s. Empty for tissue that does not."""
+
+    def relaxing(self, branches: Literal["human-assumed"] | list[tuple[float, float]]) -> Model:
+        """The same bed with tissue that relaxes, as `Pad.relaxing`; its `to_bytes` is a file of that.
+
+        Raises ModelError for shares with which a fast press would exceed the range of the bed's springs, and for a file with the effect
+        `normal_relaxation`.
+        """
+
     @overload
     def least_grip(
         self,

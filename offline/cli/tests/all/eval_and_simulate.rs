@@ -164,7 +164,7 @@ fn tissue_that_relaxes_is_followed_in_time() {
     let folder = Folder::with(&[("p.csv", &format!("{HEAD}\n0,0,0,0\n0.002,1,0,0\n20,1,0,0\n"))]);
     for body in ["", " --body sphere --radius-mm 15"] {
         let (_, printed) = folder.done(&format!("{EVAL} --force --relaxation 1:0.07,0.5:1.4{body}"));
-        assert!(printed.contains("requires a pad"), "{printed}");
+        assert_eq!(printed.contains("requires a pad"), !body.is_empty(), "{printed}");
         let [time, force] = ["t_s", "normal_force_n"].map(|name| folder.column("r.csv", name));
         let last = force.last().unwrap();
         for t_s in [0.002, 0.02, 0.1, 0.5, 2.0, 8.0] {
@@ -181,6 +181,29 @@ fn tissue_that_relaxes_is_followed_in_time() {
     }
     let (_, printed) = folder.done(&format!("{EVAL} --force --relaxation human-assumed"));
     assert!(printed.contains("shares 1, 0.6, 0.6 are assumed"), "{printed}");
+    // A bed's file with branches, in the place of others or of none; commands that do not follow the tissue refuse it by the section's name.
+    folder.write("soft.fpm", crate::models::made("soft.fpm"));
+    folder.write("effect.fpm", crate::models::made("relaxing_effect.fpm"));
+    let soft = EVAL.to_owned() + " --force --model soft.fpm";
+    let (_, printed) = folder.done(&soft);
+    assert!(printed.contains("shares 1, 0.6, 0.6 are assumed"), "{printed}");
+    let force = folder.column("r.csv", "normal_force_n");
+    let peak = force.iter().copied().fold(0.0, f64::max);
+    assert!(peak > 2.5 * force.last().unwrap(), "{peak}");
+    folder.done(&format!("{soft} --relaxation none"));
+    let relaxed = folder.column("r.csv", "normal_force_n");
+    assert!((relaxed.last().unwrap() / force.last().unwrap() - 1.0).abs() < 1e-4);
+    folder.write("log.csv", "t_s,normal_force_n,friction_x_n,friction_y_n,slide_x_mm,slide_y_mm\n0,0,0,0,0,0\n");
+    for line in [
+        "eval --model soft.fpm --observe log.csv --out o.csv",
+        "export --model soft.fpm --format c --out w.h",
+        "export --model soft.fpm --format fmu --out w.fmu",
+        "diagnose --model soft.fpm --runs log.csv --out d",
+    ] {
+        folder.refused(line, &["RELX"]);
+    }
+    let effect = EVAL.to_owned() + " --force --model effect.fpm --relaxation human-assumed";
+    folder.refused(&effect, &["relax twice", "normal_relaxation"]);
     for (branches, words) in [
         ("1:0", "time 0 s of branch 1"),
         ("1:1,-0.5:1", "share -0.5 of branch 2"),

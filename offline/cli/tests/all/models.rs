@@ -1,6 +1,6 @@
 //! Files that no text can hold: model files with effects and tables, and long paths.
 
-use fingerpad::build::{Data, EffectSlot, TableColumn, Tables};
+use fingerpad::build::{Data, EffectSlot, Sections, TableColumn};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::pad;
@@ -16,8 +16,12 @@ pub fn made(name: &str) -> Vec<u8> {
         "charged.fpm" => charged(),
         // 3 % less strength for each degree below 32.
         "warm.fpm" => with_effect(EffectSlot { kind: 17, reserved: 0, values: [0.03, 0.0, 0.0, 0.0, 0.0, 0.0] }),
+        "relaxing_effect.fpm" => {
+            with_effect(EffectSlot { kind: 6, reserved: 0, values: [0.2, 1.4, 0.0, 0.0, 0.0, 0.0] })
+        }
         "moist.fpm" => with_effect(EffectSlot { kind: 1, reserved: 0, values: [0.2, 25.0, 10.0, 0.0, 0.0, 0.0] }),
         "narrow.fpm" => narrow(),
+        "soft.fpm" => soft(),
         "damaged.fpm" => PAD.iter().enumerate().map(|(k, byte)| byte ^ u8::from(k == 4000)).collect(),
         "millinewtons.csv" => {
             changed(MEASURED, &["normal_force_n", "friction_x_n", "friction_y_n"], |v| 1e3 * v).into_bytes()
@@ -35,6 +39,15 @@ fn with_effect(effect: EffectSlot) -> Vec<u8> {
     let shipped = ModelFile::new(SHIPPED).unwrap();
     let mut bytes = vec![0; Data::file_length(&[effect], "{}")];
     shipped.file().model.data().write_file(&[effect], "{}", &mut bytes).unwrap();
+    bytes
+}
+
+/// The shipped bed with tissue that relaxes.
+fn soft() -> Vec<u8> {
+    let shipped = ModelFile::new(SHIPPED).unwrap();
+    let sections = Sections { relaxation: Some(&fingerpad::Relaxation::HUMAN_ASSUMED), ..Sections::default() };
+    let mut bytes = vec![0; Data::file_length_with(&[], sections, "{}")];
+    shipped.file().model.data().write_file_with(&[], sections, "{}", &mut bytes).unwrap();
     bytes
 }
 
@@ -57,8 +70,8 @@ fn charged() -> Vec<u8> {
     let slot =
         EffectSlot { kind: TABLE, reserved: 0, values: [Target::Strength as u32 as f32, 0.0, 0.0, 0.0, 0.0, 0.0] };
     let columns = [TableColumn::new("voltage_v", "V", [0.0, 200.0], 20.0).unwrap()];
-    let tables = Tables { numbers: &numbers, columns: &columns };
-    let mut bytes = vec![0; Data::file_length_with_tables(&[slot], tables, "{}")];
-    shipped.file().model.data().write_file_with_tables(&[slot], tables, "{}", &mut bytes).unwrap();
+    let tables = Sections { tables: &numbers, columns: &columns, ..Sections::default() };
+    let mut bytes = vec![0; Data::file_length_with(&[slot], tables, "{}")];
+    shipped.file().model.data().write_file_with(&[slot], tables, "{}", &mut bytes).unwrap();
     bytes
 }

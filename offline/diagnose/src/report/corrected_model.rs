@@ -1,7 +1,7 @@
 //! The model file with the effect switched on: the refitted baseline, effect slots, provenance.
 
 use fingerpad::Effects;
-use fingerpad::build::{Data, EffectSlot, Tables};
+use fingerpad::build::{Data, EffectSlot, Sections};
 use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, export_to_core};
 
 use crate::error::DiagnoseError;
@@ -86,9 +86,9 @@ pub fn corrected_model(
         columns = of_file.collect::<Result<_, _>>().map_err(refuse)?;
     }
     let meta = meta.to_string();
-    let of_laws = Tables { numbers: &section, columns: &columns };
-    let mut bytes = vec![0; Data::file_length_with_tables(&slots, of_laws, &meta)];
-    tables.write_file_with_tables(&slots, of_laws, &meta, &mut bytes).map_err(refuse)?;
+    let of_laws = Sections { tables: &section, columns: &columns, ..Sections::default() };
+    let mut bytes = vec![0; Data::file_length_with(&slots, of_laws, &meta)];
+    tables.write_file_with(&slots, of_laws, &meta, &mut bytes).map_err(refuse)?;
     Ok(CorrectedModel { bytes, rms_n, tables: summary })
 }
 

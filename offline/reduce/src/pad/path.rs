@@ -2,11 +2,11 @@
 
 use fingerpad::pad::{Body, Memory, Pad, PadState, RelaxingPadState, Surface};
 use fingerpad::{Error, Motion, Response, Status};
-use fingerpad_fe::load_path::{Drive, Path, Turn, Turns, Waypoint};
+use fingerpad_fe::load_path::{Drive, Path};
 
 use super::MOST_PATCHES;
 use crate::TrajectoryRow;
-use crate::trajectory::{PathError, Place, Position, along, check_drives};
+use crate::trajectory::{PathError, Place, Position, along, check_drives, in_time};
 
 /// Largest number of iterations of a step that is driven by force.
 const ITERATIONS: usize = 25;
@@ -16,11 +16,6 @@ const TOLERANCE: [f64; 2] = [2e-4, 2e-5];
 const PROBE_MM: f64 = 2e-3;
 /// Longest motion of an iteration, mm.
 const LONGEST_MM: f64 = 0.2;
-/// Tissue that relaxes: the first interval between rows, s, how much longer each next one is, and the longest one over its segment.
-const FIRST_S: f64 = 1e-3;
-const LONGER: f64 = 1.1;
-const LONGEST_PART: f64 = 5e-3;
-
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
 /// * `body`: on a curved body the depth is that of the plane through its apex, from where this plane would first touch
@@ -48,46 +43,6 @@ pub fn simulate_path_on_pad(pad: &Pad<'_>, body: &Body, path: &Path) -> Result<V
     }
     let state = if body.is_plane() { PadState::new(pad) } else { PadState::over(pad, start) };
     Ok(follow(pad, body, path, state.map_err(too_many)?))
-}
-
-/// The path with more waypoints on its straight lines.
-fn in_time(path: &Path) -> Path {
-    // Segment and share of it.
-    let mut places = vec![(0, 0.0)];
-    for (k, pair) in path.waypoints.windows(2).enumerate() {
-        let whole = pair[1].t_s - pair[0].t_s;
-        let (mut t, mut interval) = (0.0, FIRST_S);
-        while t + 1.5 * interval < whole {
-            t += interval;
-            interval = (interval * LONGER).min(LONGEST_PART * whole).max(FIRST_S);
-            places.push((k, t / whole));
-        }
-        places.push((k, 1.0));
-    }
-    let at = |of: &dyn Fn(usize) -> f64, (k, share): (usize, f64)| match share {
-        0.0 => of(k),
-        1.0 => of(k + 1),
-        _ => of(k) + share * (of(k + 1) - of(k)),
-    };
-    let corner = |part: fn(&Waypoint) -> f64, place| at(&|k| part(&path.waypoints[k]), place);
-    let waypoint = |place: &(usize, f64)| Waypoint {
-        t_s: corner(|w| w.t_s, *place),
-        normal: corner(|w| w.normal, *place),
-        x: corner(|w| w.x, *place),
-        y: corner(|w| w.y, *place),
-    };
-    let turned = |turn: &Option<Turn>| {
-        turn.as_ref().map(|Turn { drive, values }| Turn {
-            drive: *drive,
-            values: places.iter().map(|place| at(&|k| values[k], *place)).collect(),
-        })
-    };
-    let Turns { spin, pitch, roll } = &path.turns;
-    Path {
-        drives: path.drives,
-        waypoints: places.iter().map(waypoint).collect(),
-        turns: Turns { spin: turned(spin), pitch: turned(pitch), roll: turned(roll) },
-    }
 }
 
 /// The rows of a path from a state in the air.
