@@ -34,6 +34,8 @@ TWO = wp.constant(wp.float64(2.0))
 MM_PER_M = wp.constant(wp.float64(1000.0))
 # Depth over which the dampers grow from nothing, mm.
 DAMPING_DEPTH_MM = wp.constant(wp.float32(0.2))
+# How much closer a finger may come in a step in which it touches, mm.
+TOO_FAST_MM = wp.constant(wp.float32(2.0))
 # Least pivot of a factor, and least divisor.
 LEAST = wp.constant(wp.float64(1e-15))
 # Largest  h² K + 2 h C  over the mass at which explicit forces calm every vibration.
@@ -226,6 +228,7 @@ def laws(
     depth_mm: wp.array(dtype=float),
     stands: wp.array(dtype=_frames.Stand),
     is_known: wp.array(dtype=int),
+    face: wp.array(dtype=int),
     on_finger: wp.array(dtype=wp.spatial_vector),
     response: wp.array2d(dtype=float),
     regime: wp.array(dtype=int),
@@ -233,21 +236,36 @@ def laws(
     jacobian: wp.array3d(dtype=float),
     law: wp.array(dtype=Law),
     wrench: wp.array2d(dtype=wp.spatial_vector),
+    status: wp.array(dtype=int),
 ):
-    """The law of each contact, from its response and the Jacobian of its site; and its explicit wrench, with the dampers."""
+    """The law of each contact, from its response and the Jacobian of its site; and its explicit wrench, with the dampers. Flags a finger that comes too
+    fast."""
     world, k = wp.tid()
     i = world * site.shape[0] + k
     out = Law()
     wrench[world, k] = wp.spatial_vector()
     # No force goes to bodies whose place is unknown.
-    if regime[i] == wp.static(int(Regime.NO_CONTACT)) or is_known[i] == 0:
+    if face[i] == 0 or is_known[i] == 0:
+        law[i] = out
+        return
+    s = stands[i]
+    to_world = mat33(geom_xmat[world, geom[k]] @ s.axes)
+    touch = vec3(first_touch(pad, radius_mm, s.pitch, s.roll)) / MM_PER_M
+    for dof in range(jacobian.shape[2]):
+        out.before = out.before + wp.float64(qvel[world, dof]) * column(jacobian, i, dof)
+    # The velocity of the point that touches first, away from the face.
+    normal = vec3(to_world[0, 2], to_world[1, 2], to_world[2, 2])
+    lever = wp.cross(to_world @ touch, normal)
+    away = vec6(normal[0], normal[1], normal[2], lever[0], lever[1], lever[2])
+    swept = wp.dot(away, out.before)
+    closer_mm = -1000.0 * dt_s * float(swept)
+    if closer_mm > TOO_FAST_MM and closer_mm > -depth_mm[i]:
+        status[i] = status[i] | wp.static(int(Status.STEP_TOO_LONG))
+    if regime[i] == wp.static(int(Regime.NO_CONTACT)):
         law[i] = out
         return
     out.touches = 1
     out.share = ONE
-    s = stands[i]
-    to_world = mat33(geom_xmat[world, geom[k]] @ s.axes)
-    touch = vec3(first_touch(pad, radius_mm, s.pitch, s.roll)) / MM_PER_M
     stick = response[wp.static(_bed.STICK), i]
     share = wp.min(1.0, depth_mm[i] / DAMPING_DEPTH_MM)
     # The damping of small velocities.
@@ -322,19 +340,10 @@ def laws(
     out.rows = rows
     out.rest = turned(to_world, rest)
     out.vibrates = turned(to_world, h * (whole + damping))
-    before = vec6()
-    for dof in range(jacobian.shape[2]):
-        before = before + wp.float64(qvel[world, dof]) * column(jacobian, i, dof)
-    out.before = before
     law[i] = out
     # ---- explicit: dampers act where the finger touches first; that of the normal force never pulls ----
-    damped = turned(to_world, damping) @ before
-    normal = vec3(to_world[0, 2], to_world[1, 2], to_world[2, 2])
-    lever = wp.cross(to_world @ touch, normal)
-    swept = wp.dot(normal, vec3(before[0], before[1], before[2])) + wp.dot(lever, vec3(before[3], before[4], before[5]))
     over = wp.max(wp.float64(share * finger.damping[0]) * swept - out.pressure, ZERO)
-    back = over * vec6(normal[0], normal[1], normal[2], lever[0], lever[1], lever[2])
-    explicit = out.all - damped + back
+    explicit = out.all - turned(to_world, damping) @ out.before + over * away
     w = wp.spatial_vector()
     for c in range(6):
         w[c] = float(explicit[c])

@@ -141,8 +141,11 @@ def apply(jacobian: wp.array3d(dtype=float), wrench: wp.array2d(dtype=wp.spatial
     world, dof = wp.tid()
     sum = float(0.0)
     for k in range(wrench.shape[1]):
-        for c in range(6):
-            sum = sum + jacobian[world * wrench.shape[1] + k, c, dof] * wrench[world, k][c]
+        w = wrench[world, k]
+        # Where the place of a body is unknown so is the Jacobian.
+        if wp.dot(w, w) > 0.0:
+            for c in range(6):
+                sum = sum + jacobian[world * wrench.shape[1] + k, c, dof] * w[c]
     qfrc_passive[world, dof] = qfrc_passive[world, dof] + sum
 
 
@@ -272,10 +275,10 @@ class Callback:
             dim=each,
             inputs=[
                 self._site, self._geom, d.site_xmat, d.geom_xmat, d.qvel, self._finger, *self._tables[::2], frames.pad, self._radii,
-                frames.motion["depth_mm"], frames.stands, frames.is_known, frames.on_finger, self.response.values, self.response.regime,
-                self._dt_s, self._jacobian,
+                frames.motion["depth_mm"], frames.stands, frames.is_known, frames.face, frames.on_finger, self.response.values,
+                self.response.regime, self._dt_s, self._jacobian,
             ],
-            outputs=[self._coupling.law, self._wrench],
+            outputs=[self._coupling.law, self._wrench, self.response.status],
             device=self.device,
         )  # fmt: skip
         self._coupling.solve(m, d, self._dt_s, self._wrench, self.semi_implicit, self.response.status)

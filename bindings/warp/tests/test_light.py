@@ -145,3 +145,18 @@ def test_the_motion_is_that_of_the_plugin(file: Path, within_mm: float, cone: st
     assert apart_mm < within_mm and moved_mm > 50 and (share > 0.9).all()
     for name in ("normal_force_n", "slip_margin"):
         np.testing.assert_allclose(answer[name], [each[name] for each in felt], rtol=0.01, err_msg=name)
+
+
+@pytest.mark.parametrize(("speed_m_s", "is_flagged"), [(0.4, False), (1.0, True)])
+def test_a_finger_that_comes_too_fast_is_flagged(pad: fw.Pad, speed_m_s: float, is_flagged: bool) -> None:
+    """More than 2 mm in a step of 4 ms: in the step before the contact."""
+    mj_model = mujoco.MjModel.from_xml_string(FLAT.replace('timestep="0.001"', 'timestep="0.004"'))
+    m, d = mujoco_warp.put_model(mj_model), mujoco_warp.put_data(mj_model, mujoco.MjData(mj_model))
+    callback, seen = Callback(pad, mj_model, m, d, [("tip", "plate")]), []
+    quat = np.roll(Rotation.from_euler("y", 30, degrees=True).as_quat(), 1)
+    for height_mm in (9.0, 3.0):
+        d.qpos.assign(np.array([[0, 0, 1e-3 * height_mm, *quat]], np.float32))
+        d.qvel.assign(np.array([[0, 0, -speed_m_s, 0, 0, 0]], np.float32))
+        mujoco_warp.forward(m, d)
+        seen.append(bool(callback.read()["status"][0, 0] & fw.Status.STEP_TOO_LONG))
+    assert seen == [False, is_flagged]
