@@ -245,7 +245,7 @@ outcome contact_step(memory* past, placement* here, const settings* s, int slot,
   if (!past->touches) past->rises_mm = 0;
   if (now.felt.response.regime != FINGERPAD_NO_CONTACT) {
     stand(here, s, &now.felt);
-    push_on(&now, past, here);
+    if (s->is_pad) push_on(&now, past, here);
     if (mesh) now.status |= check_mesh(&past->local, s, mesh, here, &now.felt.response);
   }
   past->status = now.status;
