@@ -1,4 +1,5 @@
-"""A whole hand: the LEAP, Allegro or Shadow hand of mujoco-menagerie grasps a block, a bottle, a pen and a card, lifts them, and is pulled until it slips.
+"""A whole hand: the LEAP, Allegro or Shadow hand of mujoco-menagerie grasps a block, a bottle, a pen and a card, lifts them, and is pulled until it slips. A LEAP hand also
+rolls bottle and pen between thumb and fingers.
 
     pip install mujoco-menagerie
     python examples/hand.py --hand shadow                       a table of all objects
@@ -79,6 +80,8 @@ OBJECTS = {
 }
 #: Gap of the open hand, m. Ends of closing, lifting and holding, s; height of the lift, m.
 OPEN_M, CLOSE_S, LIFT_S, HOLD_S, LIFT_M = 0.008, 0.8, 1.6, 2.4, 0.05
+#: How far the fingertips of a LEAP hand go up, and the thumb down, to roll an object, m, and how long one way takes, s.
+ROLLS_M, ROLL_S = {"bottle": 0.008, "pen": 0.002}, 1.0
 #: A string pulls the object down: stiffness, N/m, damping, N s/m, and speed of its lower end, m/s.
 STRING_N_M, STRING_N_S_M, PULL_M_S = 300, 2, 0.005
 #: An object that has come down so far between the fingertips is lost, m.
@@ -174,7 +177,9 @@ class Grasp:
         names = [model.actuator(i).name for i in self.acts]
         start = [next((value for end, value in hand.start.items() if name.endswith(end)), 0) for name in names]
         self.touch, self.open, self.from_wrist = self._search(start, half)
-        self.squeeze = dict.fromkeys(hand.fingers, 0.0)
+        self.squeeze, self.lengths = dict.fromkeys(hand.fingers, 0.0), moment[np.ix_(self.acts, self.dofs)]
+        #: How far the fingers go up and the thumb goes down, m.
+        self.roll_m = 0.0
 
     def _search(self, start, half):
         """Actuators' lengths on the object and beside it, and its middle from the wrist, with the sites at both faces in the neutral pose of the pads."""
@@ -211,6 +216,8 @@ class Grasp:
             inward = np.array([1.0 if finger == "th" else -1.0, 0, 0]) * (force + self.squeeze[finger])
             mujoco.mj_jacSite(self.model, data, jacobian, None, self.model.site(f"hand_{finger}").id)
             target = target + self.joints.T @ (jacobian.T @ inward)[self.dofs] / self.kp
+            moves = np.linalg.pinv(jacobian[:, self.dofs])
+            target = target + self.lengths @ moves[:, 2] * (-self.roll_m if finger == "th" else self.roll_m)
         data.ctrl[self.acts] = target
 
 
@@ -229,8 +236,22 @@ class Margin:
         return self.force_n
 
 
-def run(hand, name, control, timestep=0.002, most_pull_n=np.inf, watch=None):
-    """Grasps, lifts and pulls an object until it is 8 mm lower in the hand, or until the pull ``most_pull_n``. ``control``: from contacts and time step
+def rolling_rad_s(data, hand, radius):
+    """How fast the object turns about y if it rolls without slip on the tips, which move as rigid bodies: mean of the thumb and of the other fingers."""
+    rates, body, speed = {}, data.body("object"), np.zeros(6)
+    for finger in hand.fingers:
+        site = data.site(f"hand_{finger}")
+        out = (site.xpos - body.xpos) * [1, 0, 1]
+        out /= np.linalg.norm(out)
+        mujoco.mj_objectVelocity(data.model, data, mujoco.mjtObj.mjOBJ_SITE, site.id, speed, 0)
+        there = speed[3:] + np.cross(speed[:3], body.xpos * [1, 0, 1] + site.xpos * [0, 1, 0] + radius * out - site.xpos)
+        rates[finger] = np.cross([0, 1, 0], out) @ there / radius
+    return (rates.pop("th") + np.mean(list(rates.values()))) / 2
+
+
+def run(hand, name, control, timestep=0.002, most_pull_n=np.inf, watch=None, roll_m=0.0):
+    """Grasps, lifts and pulls an object until it is 8 mm lower in the hand, or until the pull ``most_pull_n``. With ``roll_m`` it rolls the object
+    instead: the fingers go up and the thumb down by so much within ROLL_S, and back. ``control``: from contacts and time step
     to the force of a finger, N. Returns what was seen: the largest speed before slip; of slip the least margin of a finger in the tenth of a second in which
     it slipped, the largest of all; forces and margins of each step since the lift."""
     hand = HANDS[hand]
@@ -241,15 +262,17 @@ def run(hand, name, control, timestep=0.002, most_pull_n=np.inf, watch=None):
     data.qpos[grasp.at] = grasp.joints @ grasp.open
     mujoco.mj_forward(model, data)
     body, hook = data.body("object"), data.mocap_pos[0].copy()
-    seen = dict(speed_m_s=0.0, margin_at_slip=-1.0, pull_n=0.0, force_n=[], margin=[], flags=set(), lost=False)
+    seen = dict(turn_rad=[0.0], rolled_rad=[0.0], speed_m_s=0.0, margin_at_slip=-1.0, pull_n=0.0, force_n=[], margin=[], flags=set(), lost=False)
     window = collections.deque(maxlen=round(0.1 / timestep))
     read = lambda: {finger: fingerpad_mujoco.read(data, finger)[0] for finger in hand.fingers}
     contacts, has_slipped = read(), False
-    while data.time < HOLD_S + 0.08 / PULL_M_S and seen["pull_n"] < most_pull_n:
+    end_s, pull_m_s = (HOLD_S + 3 * ROLL_S, 0.0) if roll_m else (HOLD_S + 0.08 / PULL_M_S, PULL_M_S)
+    while data.time < end_s and seen["pull_n"] < most_pull_n:
+        grasp.roll_m = roll_m * (smooth(data.time, HOLD_S, HOLD_S + ROLL_S) - smooth(data.time, end_s - ROLL_S, end_s))
         grasp.command(data, contacts, control(contacts, timestep), timestep)
         lift = LIFT_M * smooth(data.time, CLOSE_S, LIFT_S)
         data.ctrl[model.actuator("lift").id] = lift
-        data.mocap_pos[0] = hook + [0, 0, lift - PULL_M_S * max(0.0, data.time - HOLD_S)]
+        data.mocap_pos[0] = hook + [0, 0, lift - pull_m_s * max(0.0, data.time - HOLD_S)]
         if watch:
             watch(model, data, contacts)
         mujoco.mj_step(model, data)
@@ -260,6 +283,10 @@ def run(hand, name, control, timestep=0.002, most_pull_n=np.inf, watch=None):
         seen["flags"] |= {flag for contact in contacts.values() for flag in fingerpad_mujoco.flags(contact["status"])}
         if data.time < LIFT_S:
             continue
+        if roll_m:
+            first_rad = np.arctan2(-body.xmat[6], body.xmat[0]) if len(seen["turn_rad"]) == 1 else first_rad
+            seen["turn_rad"].append(np.arctan2(-body.xmat[6], body.xmat[0]) - first_rad)
+            seen["rolled_rad"].append(seen["rolled_rad"][-1] + rolling_rad_s(data, hand, half) * timestep)
         # Where the fingers are on the object, mm.
         places = 1e3 * np.array([body.xmat.reshape(3, 3).T @ (data.site(f"hand_{f}").xpos - body.xpos) for f in hand.fingers])[:, 1:]
         window.append((places, [contact["slip_margin"] for contact in contacts.values()], [contact["regime"] == 3 for contact in contacts.values()]))
@@ -330,6 +357,11 @@ def main():
             seen = run(arguments.hand, name, Margin(name), timestep)
             print(f"  {1e3 * timestep:g} ms: slips at {seen['pull_n']:.2f} N; margin in slip at most {max(0, seen['margin_at_slip']):.3f}; "
                   f"fastest before slip {seen['speed_m_s']:.3f} m/s; {' '.join(sorted(seen['flags']))}")
+    for name, roll_m in ROLLS_M.items() if arguments.hand == "leap" else ():
+        seen = run("leap", name, Margin(name), roll_m=roll_m)
+        most = np.argmax(np.abs(seen["rolled_rad"]))
+        print(f"{name} rolled by {abs(seen['turn_rad'][most]):.3f} rad, rolling without slip {abs(seen['rolled_rad'][most]):.3f}; "
+              f"{seen['turn_rad'][-1]:.3f} after the way back; least margin {min(seen['margin']):.2f}")
 
 
 if __name__ == "__main__":

@@ -190,6 +190,30 @@ static void approach(outcome* now, memory* past, const settings* s, int slot, co
   past->clearance_mm = clearance;
 }
 
+/* Far beyond its range a pad loses force with depth, and pulls at last: its patches leave a thin object on both sides. From where it loses force
+ * the contact pushes on with the mean stiffness up to there. */
+static void push_on(outcome* now, memory* past, const placement* here) {
+  mjtNum depth = now->felt.depth_mm, normal = now->felt.response.normal_force_n, moment[3];
+  mjtNum more = (past->rises_mm > 0 ? past->rises_n * depth / past->rises_mm : 0) - normal;
+  if (!(now->status & FINGERPAD_STATUS_DEPTH_ABOVE_RANGE) || depth <= past->rises_mm || !(more > 0)) {
+    past->rises_mm = depth;
+    past->rises_n = normal;
+    return;
+  }
+  const mjtNum force[3] = {0, 0, more};
+  mju_cross(moment, here->touch, force);
+  const mjtNum* axes[3] = {here->along, here->across, here->normal};
+  for (int i = 0; i < 3; i++) {
+    mjtNum own[3];
+    mju_mulMatTVec3(own, here->site, axes[i]);
+    for (int k = 0; k < 3; k++) {
+      now->felt.on_finger.force_n[k] += (float)(force[i] * own[k]);
+      now->felt.on_finger.moment_n_mm[k] += (float)(MM_PER_M * moment[i] * own[k]);
+    }
+  }
+  now->felt.response.normal_force_n = (float)(normal + more);
+}
+
 outcome contact_step(memory* past, placement* here, const settings* s, int slot, float strength_factor, mjtNum dt) {
   const facets* mesh = s->mesh[slot].count ? &s->mesh[slot] : NULL;
   outcome now = {.stable_step_s = NO_LIMIT_S};
@@ -218,8 +242,10 @@ outcome contact_step(memory* past, placement* here, const settings* s, int slot,
     return (outcome){.status = now.status, .stable_step_s = NO_LIMIT_S};
   }
   past->touches = now.felt.depth_mm > 0;
+  if (!past->touches) past->rises_mm = 0;
   if (now.felt.response.regime != FINGERPAD_NO_CONTACT) {
     stand(here, s, &now.felt);
+    if (s->is_pad) push_on(&now, past, here);
     if (mesh) now.status |= check_mesh(&past->local, s, mesh, here, &now.felt.response);
   }
   past->status = now.status;

@@ -40,6 +40,8 @@ typedef struct {
   /* The clearance at the last step, mm; see clearance.h. */
   mjtNum clearance_mm;
   known_stability stable;
+  /* The last depth up to which the normal force rises, mm, and that force, N; 0 without. */
+  mjtNum rises_mm, rises_n;
   /* Of a mesh: its shape near the finger. */
   local_shape local;
   /* Words; all before it are numbers. */

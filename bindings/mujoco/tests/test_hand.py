@@ -3,6 +3,7 @@
 import os
 
 import hand
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.skipif("MENAGERIE_ROOT" not in os.environ, reason="no folder of mujoco_menagerie in MENAGERIE_ROOT")
@@ -44,3 +45,19 @@ def test_the_controller_needs_less_force_than_a_fixed_grip(of, name):
 def test_a_grip_that_is_too_weak_drops_the_block(of):
     seen = hand.run(of, "block", lambda contacts, dt: 0.08)
     assert seen["lost"] and seen["pull_n"] < 0.5, seen
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("timestep", [0.001, 0.002, 0.004])
+@pytest.mark.parametrize("name", hand.ROLLS_M)
+def test_a_hand_rolls_an_object_between_thumb_and_fingers(name, timestep):
+    """It turns by what the motion of the fingertips makes of a rigid cylinder that rolls on them without slip, and comes back."""
+    way_m, radius_m = hand.ROLLS_M[name], hand.OBJECTS[name][0]
+    seen = hand.run("leap", name, hand.Margin(name), timestep, roll_m=way_m)
+    turn, rolled = np.array(seen["turn_rad"]), np.array(seen["rolled_rad"])
+    most = np.argmax(np.abs(rolled))
+    print(f"{name}, {timestep} s: {turn[most]:.3f} rad, rolling without slip {rolled[most]:.3f}, at the end {turn[-1]:.3f}, margin {min(seen['margin']):.2f}")
+    assert -rolled[most] > 0.8 * way_m / radius_m and turn[most] == pytest.approx(rolled[most], rel=0.05)
+    assert abs(turn[-1]) < 0.05 * abs(turn[most])
+    assert not seen["lost"] and seen["margin_at_slip"] == -1 and min(seen["margin"]) > 0.15, seen["margin_at_slip"]
+    assert seen["is_finite"] and seen["warnings"] == 0 and seen["speed_m_s"] < 0.5, seen["speed_m_s"]

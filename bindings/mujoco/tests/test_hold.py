@@ -60,6 +60,13 @@ def test_pads_hold_a_round_object(name, timestep):
     assert held["normal_force_n"] == pytest.approx(1.0, rel=0.01) and 0 < held["sag_mm"] < 1.0
 
 
+@pytest.mark.parametrize("name, grip_n", [("pen", 1.9), ("pen", 2.5), ("rod", 3.5)])
+def test_pads_hold_a_thin_object_beyond_their_range(name, grip_n):
+    held = hold.held_by_pads(name, grip_n, 0.002, 2.0)
+    assert held["drift_um_s"] < 1 and held["flags"] == ["depth_above_range"] and abs(held["sag_mm"]) < 1, held
+    assert held["normal_force_n"] == pytest.approx(grip_n, rel=0.01)
+
+
 @pytest.mark.nightly
 def test_pads_hold_under_runge_kutta():
     for name in ("block", "ball"):

@@ -192,3 +192,19 @@ def test_a_contact_that_reaches_beyond_the_edge_of_a_face_is_flagged():
         assert fingerpad_mujoco.flags(contact["status"]) == (["beyond_edge"] if over else []), x
         flagged.append(over)
     assert 3 < sum(flagged) < 15
+
+
+@pytest.mark.parametrize("geom", ["rod", "capsule"])
+def test_a_pad_keeps_pushing_beyond_its_range(geom):
+    """Onto a rod of 8 mm, along and across the finger, 12 mm deep, where the patches lie beside it: the force never falls, and the way back yields no work."""
+    model, data = paths.model_and_data(geom=geom, radius=0.004, **PAD)
+    depths = np.arange(0.125, 12.0, 0.05)
+    down, up = (
+        [paths.lead(model, data, paths.pad_at([depth, 0, 0, 0, 0, 0], top=np.array([0, 0, 4.0])), STILL) for depth in way]
+        for way in (depths, depths[::-1])
+    )
+    force_n, back_n = (np.array([contact["normal_force_n"] for contact in way]) for way in (down, up[::-1]))
+    flagged = np.array(["depth_above_range" in fingerpad_mujoco.flags(contact["status"]) for contact in down])
+    assert (flagged == (depths > 4.0)).all(), depths[flagged][0]
+    assert (np.diff(force_n[flagged]) > -1e-3).all() and force_n[-1] > 2 * force_n[~flagged][-1]
+    assert (back_n <= force_n * 1.01 + 1e-3).all()

@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import mujoco_warp
 import numpy as np
+import warp as wp
 
 import fingerpad_warp as fw
 from fingerpad_warp.mujoco import Callback
@@ -73,3 +74,53 @@ def mean_place_mm(m: Any, d: Any, steps: int = 50) -> Any:
         mujoco_warp.step(m, d)
         places.append(place_mm(d))
     return np.mean(places, axis=0)
+
+
+LIFT = """<mujoco>
+  <option timestep="{timestep}" integrator="{integrator}" cone="{cone}" jacobian="{jacobian}"/>
+  {plugin}
+  <worldbody>
+    <geom type="plane" size="1 1 0.1" friction="0.5 0.005 0.0001"/>
+    <body name="hand" pos="0 0 0.032">
+      <joint name="lift" type="slide" axis="0 0 1" damping="20"/>
+      <geom size="0.02" pos="0 0 0.12" mass="0.3" contype="0" conaffinity="0"/>
+      {fingers}
+    </body>
+    <body name="object" pos="0 0 0.0305">
+      <freejoint/>
+      <geom name="object" type="box" size="0.02 0.02 0.03" mass="{mass_kg}" friction="0.5 0.004 0.0001" condim="4"/>
+    </body>
+  </worldbody>
+  <equality><joint joint1="left" joint2="right" polycoef="0 1 0 0 0"/></equality>
+  <actuator>
+    <position name="hand" joint="lift" kp="500" dampratio="1"/><motor name="left" joint="left"/><motor name="right" joint="right"/>
+  </actuator>
+  {sensors}
+</mujoco>"""
+LIFT_FINGER = """<body name="{side}_finger" pos="{out}0.024 0 0">
+  <joint name="{side}" type="slide" axis="{back}1 0 0" damping="3"/>
+  <geom type="capsule" size="0.004" fromto="{out}0.012 0 0 {out}0.012 0 0.06" mass="0.03" contype="0" conaffinity="0"/>
+  <site name="{side}" xyaxes="{back}0.5 0 -0.8660254037844386 0 {out}1 0"/>
+</body>"""
+#: Numbers of MuJoCo's model that follow from the masses.
+OF_MASS = "body_mass", "body_subtreemass", "body_inertia", "body_invweight0", "dof_invweight0"
+
+
+def lift_model(
+    mass_kg: float, timestep: float, integrator: str = "Euler", cone: str = "pyramidal", jacobian: str = "auto", plugin: str = "", sensors: str = ""
+) -> Any:
+    """A block on a table, which it touches by MuJoCo's own contact, between two fingers of a hand. Actuators `hand`, m, `left` and `right`, N."""
+    fingers = "".join(LIFT_FINGER.format(side=side, out=out, back=back) for side, out, back in (("left", "-", ""), ("right", "", "-")))
+    return mujoco.MjModel.from_xml_string(LIFT.format(**locals()))
+
+
+def lift(masses_kg: Any, model: Any, timestep: float, njmax: int = 100, **options: Any) -> tuple[Any, Any, Any]:
+    """MuJoCo Warp's model and data of that block in worlds with these masses, and the callback."""
+    models = [lift_model(mass, timestep, **options) for mass in masses_kg]
+    mj_data = mujoco.MjData(models[0])
+    mujoco.mj_forward(models[0], mj_data)
+    m, d = mujoco_warp.put_model(models[0]), mujoco_warp.put_data(models[0], mj_data, nworld=len(models), nconmax=16, njmax=njmax)
+    for name in OF_MASS:
+        values, old = np.array([getattr(each, name) for each in models], np.float32), getattr(m, name)
+        setattr(m, name, wp.array(values.reshape(len(models), *old.shape[1:], -1).squeeze(-1) if old.dtype == float else values, dtype=old.dtype))
+    return m, d, Callback(model, models[0], m, d, FINGERS)

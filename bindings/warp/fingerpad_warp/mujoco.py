@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from fingerpad_warp import _arrays, _bed, _frames, _pad
+from fingerpad_warp import _arrays, _frames, _semi_implicit
 from fingerpad_warp._errors import InputError
 from fingerpad_warp._model import Model
 from fingerpad_warp._pad_model import RADIUS_MM, Pad
-from fingerpad_warp._status import Regime, Status
 
 wp.set_module_options({"enable_backward": False, "fuse_fp": False})
 
@@ -34,8 +33,6 @@ FLAT = ("plane", "box")
 AXES_RATIO = 1.4
 
 MM_PER_M = wp.constant(wp.float32(1000.0))
-# Depth over which the dampers grow from nothing, mm.
-DAMPING_DEPTH_MM = wp.constant(wp.float32(0.2))
 
 
 @wp.kernel
@@ -112,80 +109,8 @@ def sites_of_bodies(
     shapes[i] = shape
 
 
-@wp.func
-def velocity_at(
-    body: int, world: int, at: wp.vec3, body_rootid: wp.array(dtype=int), subtree_com: wp.array2d(dtype=wp.vec3),
-    cvel: wp.array2d(dtype=wp.spatial_vector),
-):
-    """Turn and speed of a body at a point, in the world."""
-    v = cvel[world, body]
-    turn = wp.spatial_top(v)
-    return wp.spatial_vector(turn, wp.spatial_bottom(v) + wp.cross(turn, at - subtree_com[world, body_rootid[body]]))
-
-
 @wp.kernel
-def wrenches(
-    site: wp.array(dtype=int),
-    geom: wp.array(dtype=int),
-    site_body: wp.array(dtype=int),
-    geom_body: wp.array(dtype=int),
-    body_rootid: wp.array(dtype=int),
-    subtree_com: wp.array2d(dtype=wp.vec3),
-    cvel: wp.array2d(dtype=wp.spatial_vector),
-    site_xpos: wp.array2d(dtype=wp.vec3),
-    site_xmat: wp.array2d(dtype=wp.mat33),
-    geom_xmat: wp.array2d(dtype=wp.mat33),
-    damping: wp.vec3,
-    pad: wp.array(dtype=float),
-    radius_mm: wp.vec2,
-    depth_mm: wp.array(dtype=float),
-    stands: wp.array(dtype=_frames.Stand),
-    is_known: wp.array(dtype=int),
-    on_finger: wp.array(dtype=wp.spatial_vector),
-    response: wp.array2d(dtype=float),
-    regime: wp.array(dtype=int),
-    dt_s: float,
-    stable_step_s: wp.array(dtype=float),
-    status: wp.array(dtype=int),
-    wrench: wp.array2d(dtype=wp.spatial_vector),
-):
-    """Force and moment on the finger about its site, in the world: those of the model, and the dampers. Flags steps that are too long."""
-    world, k = wp.tid()
-    i = world * site.shape[0] + k
-    wrench[world, k] = wp.spatial_vector()
-    if dt_s > stable_step_s[world] and regime[i] != wp.static(int(Regime.NO_CONTACT)):
-        status[i] = status[i] | wp.static(int(Status.STEP_TOO_LONG))
-    # No force goes to bodies whose place is unknown.
-    if regime[i] == wp.static(int(Regime.NO_CONTACT)) or is_known[i] == 0:
-        return
-    # Dampers act at the point of the finger that touches first, along the axes of the face.
-    s = stands[i]
-    touch = _pad.tilted_axes(s.pitch, s.roll) @ _frames.touch_mm(pad, s.pitch, s.roll)
-    if pad.shape[0] == 0:
-        # A bed's finger is round.
-        lowest_mm = _frames.lowest_mm(pad, radius_mm, s.pitch, s.roll)
-        touch = wp.vec3(radius_mm[0] * wp.sin(s.pitch), -radius_mm[1] * wp.sin(s.roll) / wp.cos(s.pitch), -lowest_mm)
-    touch = touch / MM_PER_M
-    to_world = geom_xmat[world, geom[k]] @ s.axes
-    tip = site_xpos[world, site[k]]
-    finger = velocity_at(site_body[k], world, tip, body_rootid, subtree_com, cvel)
-    moving = finger - velocity_at(geom_body[k], world, tip, body_rootid, subtree_com, cvel)
-    turn = wp.transpose(to_world) @ wp.spatial_top(moving)
-    swept = wp.transpose(to_world) @ wp.spatial_bottom(moving) + wp.cross(turn, touch)
-    share = wp.min(1.0, depth_mm[i] / DAMPING_DEPTH_MM)
-    stuck = share * response[wp.static(_bed.STICK), i]
-    # That of the normal force never pulls.
-    normal_n = wp.max(-response[wp.static(_bed.NORMAL_N), i], -share * damping[0] * swept[2])
-    force = wp.vec3(-stuck * damping[1] * swept[0], -stuck * damping[1] * swept[1], normal_n)
-    moment = -damping[2] * wp.vec3(share * turn[0], share * turn[1], stuck * turn[2])
-    of_site = site_xmat[world, site[k]]
-    felt_n = of_site @ wp.spatial_top(on_finger[i])
-    felt_n_m = of_site @ wp.spatial_bottom(on_finger[i]) / MM_PER_M
-    wrench[world, k] = wp.spatial_vector(felt_n + to_world @ force, felt_n_m + to_world @ (moment + wp.cross(touch, force)))
-
-
-@wp.kernel
-def apply(
+def jacobians(
     site: wp.array(dtype=int),
     site_body: wp.array(dtype=int),
     geom_body: wp.array(dtype=int),
@@ -195,22 +120,32 @@ def apply(
     subtree_com: wp.array2d(dtype=wp.vec3),
     cdof: wp.array2d(dtype=wp.spatial_vector),
     site_xpos: wp.array2d(dtype=wp.vec3),
-    wrench: wp.array2d(dtype=wp.spatial_vector),
-    qfrc_passive: wp.array2d(dtype=float),
+    jacobian: wp.array3d(dtype=float),
 ):
+    """Shift and turn of each site against the geom's body, in the world, by the degrees of freedom."""
+    world, k, dof = wp.tid()
+    i = world * site.shape[0] + k
+    # 1 where the degree of freedom moves the body.
+    sign = float(moves[site_body[k], dof] - moves[geom_body[k], dof])
+    turn = wp.spatial_top(cdof[world, dof])
+    apart = site_xpos[world, site[k]] - subtree_com[world, body_rootid[dof_bodyid[dof]]]
+    shift = wp.spatial_bottom(cdof[world, dof]) + wp.cross(turn, apart)
+    for c in range(3):
+        jacobian[i, c, dof] = sign * shift[c]
+        jacobian[i, 3 + c, dof] = sign * turn[c]
+
+
+@wp.kernel
+def apply(jacobian: wp.array3d(dtype=float), wrench: wp.array2d(dtype=wp.spatial_vector), qfrc_passive: wp.array2d(dtype=float)):
     """Adds the generalised forces: what acts on the finger, and the opposite on the geom's body at the same point."""
     world, dof = wp.tid()
-    axis = cdof[world, dof]
-    turn = wp.spatial_top(axis)
-    com = subtree_com[world, body_rootid[dof_bodyid[dof]]]
     sum = float(0.0)
-    for k in range(site.shape[0]):
-        # 1 where the degree of freedom moves the body.
-        sign = float(moves[site_body[k], dof] - moves[geom_body[k], dof])
+    for k in range(wrench.shape[1]):
         w = wrench[world, k]
-        if sign != 0.0 and wp.dot(w, w) > 0.0:
-            at = wp.spatial_bottom(axis) + wp.cross(turn, site_xpos[world, site[k]] - com)
-            sum = sum + sign * (wp.dot(at, wp.spatial_top(w)) + wp.dot(turn, wp.spatial_bottom(w)))
+        # Where the place of a body is unknown so is the Jacobian.
+        if wp.dot(w, w) > 0.0:
+            for c in range(6):
+                sum = sum + jacobian[world * wrench.shape[1] + k, c, dof] * w[c]
     qfrc_passive[world, dof] = qfrc_passive[world, dof] + sum
 
 
@@ -263,7 +198,7 @@ class Callback:
             raise InputError(f"pad_radius_mm: {radii!r} where two numbers are needed")
         self._radii = wp.vec2(*(_arrays.number_within("pad_radius_mm", radius, 0, 1000) for radius in radii))
         self._edge_radius_mm = _arrays.number_within("edge_radius_mm", 2.0 if edge_radius_mm is None else edge_radius_mm, 0.1, 10)
-        self._damping = wp.vec3(
+        damping = wp.vec3(
             _arrays.number_within("damping_normal_n_s_per_m", damping_normal_n_s_per_m, 0, 1e6),
             _arrays.number_within("damping_slide_n_s_per_m", damping_slide_n_s_per_m, 0, 1e6),
             _arrays.number_within("damping_spin_n_m_s_per_rad", damping_spin_n_m_s_per_rad, 0, 1e6),
@@ -291,10 +226,14 @@ class Callback:
         self.strength = wp.array(given.reshape(-1), dtype=float, device=self.device)
         self._frames.motion["strength_factor"] = self.strength
         self._wrench = wp.zeros((self.worlds, len(sites)), dtype=wp.spatial_vector, device=self.device)
+        self._jacobian = wp.zeros((count, 6, mj_model.nv), dtype=float, device=self.device)
+        self._finger = _semi_implicit.finger_of(model, damping, self.device)
+        self._tables = self._frames.engine.tables if not is_pad else [_arrays.nothing(self.device), None, wp.zeros((0, 0), dtype=float, device=self.device)]
+        #: Of each world, 1 where the forces of the last pass are semi-implicit.
+        self.semi_implicit = wp.zeros(self.worlds, dtype=int, device=self.device)
+        self._coupling = _semi_implicit.Coupling(self.worlds, integrator != "EULER", self._jacobian)
         #: What the contacts answered in the last pass: contact k of world w is number w * contacts + k.
         self.response = self._frames.response
-        self._mj_model = mj_model
-        self._stable_step = wp.full(self.worlds, np.inf, dtype=float, device=self.device)
         self._before = m.callback.passive
         m.callback.passive = self
 
@@ -323,42 +262,31 @@ class Callback:
         )  # fmt: skip
         frames.step(self._dt_s)
         wp.launch(
-            wrenches,
-            dim=each,
+            jacobians,
+            dim=(*each, m.nv),
             inputs=[
-                self._site, self._geom, self._site_body, self._geom_body, m.body_rootid, d.subtree_com, d.cvel, d.site_xpos, d.site_xmat,
-                d.geom_xmat, self._damping, frames.pad, self._radii, frames.motion["depth_mm"], frames.stands, frames.is_known,
-                frames.on_finger, self.response.values, self.response.regime, self._dt_s, self._stable_step,
+                self._site, self._site_body, self._geom_body, self._moves, m.dof_bodyid, m.body_rootid, d.subtree_com, d.cdof, d.site_xpos,
             ],
-            outputs=[self.response.status, self._wrench],
+            outputs=[self._jacobian],
             device=self.device,
         )  # fmt: skip
         wp.launch(
-            apply,
-            dim=(self.worlds, m.nv),
+            _semi_implicit.laws,
+            dim=each,
             inputs=[
-                self._site, self._site_body, self._geom_body, self._moves, m.dof_bodyid, m.body_rootid, d.subtree_com, d.cdof,
-                d.site_xpos, self._wrench,
+                self._site, self._geom, d.site_xmat, d.geom_xmat, d.qvel, self._finger, *self._tables[::2], frames.pad, self._radii,
+                frames.motion["depth_mm"], frames.stands, frames.is_known, frames.face, frames.on_finger, self.response.values,
+                self.response.regime, self._dt_s, self._jacobian,
             ],
-            outputs=[d.qfrc_passive],
+            outputs=[self._coupling.law, self._wrench, self.response.status],
             device=self.device,
         )  # fmt: skip
+        self._coupling.solve(m, d, self._dt_s, self._wrench, self.semi_implicit, self.response.status)
+        wp.launch(apply, dim=(self.worlds, m.nv), inputs=[self._jacobian, self._wrench], outputs=[d.qfrc_passive], device=self.device)
 
     def reset(self, worlds: Any = None) -> None:
         """Contacts of these worlds start without memory: a Warp array of bool, one per world; all without it. For resets that leave the time as it is."""
         wp.launch(forget, dim=self._frames.count, inputs=[worlds, len(self.contacts), self._trial_time], device=self.device)
-
-    def stable_step(self, m: Any, d: Any) -> np.ndarray[Any, Any]:
-        """The largest stable time step of each world, s, for the contacts that touch; infinite without.
-
-        Light objects are lost at longer steps. Contacts of worlds whose step is longer have the flag `STEP_TOO_LONG` from then on, until the next call.
-        Each degree of freedom is moved a little, in all worlds at once: call it when the fingers hold, not in every step. Not within a CUDA graph.
-        """
-        from fingerpad_warp._stability import stable_step_s
-
-        steps = stable_step_s(self, self._mj_model, m, d)
-        self._stable_step.assign(steps.astype(np.float32))
-        return steps
 
     def read(self) -> np.ndarray[Any, Any]:
         """What the contacts answered in the last pass, a structured array of shape (worlds, contacts)."""

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import warp as wp
 
-from fingerpad_warp import _bed, _frames, mujoco
+from fingerpad_warp import _bed, _frames, _semi_implicit, mujoco
 
 pytestmark = pytest.mark.nightly
 
@@ -17,8 +17,9 @@ ARCHITECTURE = 80
 
 
 @pytest.mark.parametrize(
-    "module", [lambda: _bed.step_kernel(1, False).module, lambda: _bed.step_kernel(2, False).module, lambda: _frames, lambda: mujoco],
-    ids=["bed", "bed with spin", "frames", "mujoco"],
+    "module", [lambda: _bed.step_kernel(1, False).module, lambda: _bed.step_kernel(2, False).module, lambda: _frames, lambda: mujoco,
+               lambda: _semi_implicit],
+    ids=["bed", "bed with spin", "frames", "mujoco", "coupling"],
 )  # fmt: skip
 def test_the_kernels_compile_for_cuda(module: Any, tmp_path: Path) -> None:
     wp.compile_aot_module(module(), arch=ARCHITECTURE, module_dir=tmp_path, use_ptx=True)

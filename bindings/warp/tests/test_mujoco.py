@@ -136,7 +136,7 @@ GEOMS = {
     "cylinder": 'type="cylinder" size="0.012 0.02"',
 }
 TOUCH = """<mujoco>
-  <option timestep="0.001" gravity="0 0 0"><flag contact="disable"/></option>
+  <option timestep="0.00001" gravity="0 0 0"><flag contact="disable"/></option>
   <worldbody>
     <geom name="thing" {geom} pos="0.01 -0.02 0.03" euler="20 -40 70"/>
     <body name="finger"><freejoint/><geom size="0.008" mass="0.03"/><site name="tip"/></body>
@@ -172,7 +172,7 @@ def test_geoms_are_the_shapes_of_contacts_in_frames(model: fw.Model, pad: fw.Pad
         # Of a free joint: the force in the world, and the moment about the body's own axes.
         passive = d.qfrc_passive.numpy().astype(np.float64)
         found = np.stack([turn.inv().apply(passive[:, :3]), 1000 * passive[:, 3:]], axis=1)
-        answer = contacts.step(position, quaternion).numpy()
+        answer = contacts.step(position, quaternion, 1e-5).numpy()
         expected = contacts.on_finger.numpy().reshape(COUNT, 2, 3)
         expected[(answer["status"] & fw.Status.BAD_INPUT) != 0] = 0
         where = f"seed {SEED}, step {k}"
@@ -256,11 +256,11 @@ def work_of_a_closed_path(
 ) -> tuple[float, float]:
     """Work, and work exchanged back and forth, of the contacts of the block on a closed path in all six directions, mJ.
 
-    The path is gone twice, and the second time counts: what slips in the first cycle does so once. `way` is 1 or -1; `axis`: one
+    The path is gone twice, and the second time counts: what slips in the first cycle does so once. Forces are explicit. `way` is 1 or -1; `axis`: one
     of the six alone.
     """
     dampers = {"damping_normal_n_s_per_m": damping, "damping_slide_n_s_per_m": damping, "damping_spin_n_m_s_per_rad": 1e-5 * damping}
-    mj_model, m, d, callback = scenes.grip(1, **dampers, **options)
+    mj_model, m, d, callback = scenes.grip(1, timestep=1e-4, **dampers, **options)
     random = np.random.default_rng(SEED)
     start = np.zeros(mj_model.nq)
     start[0] = 2.4e-3

@@ -38,9 +38,6 @@ def test_four_worlds_carry_the_weight(model: fw.Model, pad: fw.Pad, kind: str) -
     """The fingers of three worlds carry the weight within 1e-3 and the block stays; the fourth grip is too small and it falls."""
     hold = newton_hold.Hold(model if kind == "bed" else pad)
     hold.seconds(0.4)
-    # The fourth barely touches.
-    stable_s = hold.contacts.stable_step(hold.solver.mjw_model, hold.solver.mjw_data)
-    assert (stable_s > newton_hold.DT_S).all() and (stable_s[:3] < 0.01).all(), stable_s
     hold.set_gravity(newton_hold.GRAVITY)
     hold.seconds(2.0)
     before = hold.height_mm()
