@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use fingerpad::build::{DataOf, EffectSlot, ParamsOf};
-use fingerpad::{ModelOf, NODES, SPRINGS};
+use fingerpad::build::{DataOf, EffectSlot, ParamsOf, Sections};
+use fingerpad::{ModelOf, NODES, Relaxation, SPRINGS};
 use serde::{Deserialize, Serialize};
 
 use super::band::{Band, Coverage};
@@ -94,6 +94,8 @@ pub struct Reduced<const M: usize = SPRINGS> {
     pub cost: [f64; 2],
     /// Why the minimiser stopped.
     pub ended: String,
+    /// Branches of its force.
+    pub relaxation: Relaxation,
 }
 
 /// Fits, replays and checks a model of `M` springs.
@@ -158,7 +160,7 @@ pub fn reduce<const M: usize>(
         kinds: kinds(&scores),
         coverage: std::array::from_fn(|i| a[i].together(b[i])),
     };
-    Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended })
+    Ok(Reduced { params, data, meta, scores, cost: fitted.cost, ended: fitted.ended, relaxation: Relaxation::none() })
 }
 
 /// The common pose of all runs, degrees; that of the shipped finger if the runs do not contain their pose.
@@ -211,8 +213,10 @@ impl<const M: usize> Reduced<M> {
     /// [`ReduceError::Model`] if the file does not read back as the same model.
     pub fn file(&self, effects: &[EffectSlot]) -> Result<Vec<u8>, ReduceError> {
         let meta = serde_json::to_string(&self.meta).expect("plain numbers and text");
-        let mut bytes = vec![0; DataOf::<M, NODES>::file_length(effects, &meta)];
-        self.data.write_file(effects, &meta, &mut bytes)?;
+        let relaxation = Some(&self.relaxation).filter(|branches| branches.is_some());
+        let sections = Sections { relaxation, ..Sections::default() };
+        let mut bytes = vec![0; DataOf::<M, NODES>::file_length_with(effects, sections, &meta)];
+        self.data.write_file_with(effects, sections, &meta, &mut bytes)?;
         Ok(bytes)
     }
 }

@@ -76,7 +76,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let [lambda, beta] = numbers.law.friction.map(f64::from);
     let friction = RubberFriction { lambda, beta, ..RubberFriction::default() };
     let settings = Settings { restarts: args.restarts, ..Settings::default() };
-    let reduced = fit(&runs, &[], &friction, &settings)?;
+    let mut reduced = fit(&runs, &[], &friction, &settings)?;
+    reduced.relaxation = *file.pad.relaxation();
     write(&reduced, &runs, &args.out)?;
     let scores = reduced.meta.held_out;
     let errors = [("friction", scores.friction_of_limit, 0.08), ("the spin moment", scores.moment_of_limit, 0.25)];

@@ -282,7 +282,8 @@ impl Models {
         let mut bed = None;
         if args.only != Some(Only::Pad) {
             let runs = representable(runs.clone());
-            let made = fit(&runs, &beside, &config.friction, &args.bed_settings(is_few))?;
+            let mut made = fit(&runs, &beside, &config.friction, &args.bed_settings(is_few))?;
+            made.relaxation = relaxation;
             let verdict = Verdict::of_bed(&made.data.model().map_err(ReduceError::from)?, &runs, law);
             bed = Some((made, verdict));
         }
@@ -389,7 +390,7 @@ fn check(file: &Path, what: &str, hash: &str, hash_of: impl Fn(&[u8]) -> Option<
 }
 
 fn hash_of_bed(bytes: &[u8]) -> Option<String> {
-    meta_of(&ModelFile::new(bytes).ok()?).map(|meta| meta.settings_hash)
+    meta_of(&ModelFile::relaxing(bytes).ok()?).map(|meta| meta.settings_hash)
 }
 
 fn hash_of_pad(bytes: &[u8]) -> Option<String> {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fingerpad::Relaxation;
 use fingerpad::build::Data;
 use fingerpad::host::PadModelFile;
 use fingerpad::pad::Pad;
@@ -28,7 +29,8 @@ pub(super) fn write(
         .as_ref()
         .map(|(pad, ..)| -> Result<PadModelFile, ReduceError> { Ok(PadModelFile::new(&pad.file()?)?) });
     let file = file.transpose()?;
-    let pad = file.as_ref().map(|file| file.file().pad);
+    // The page compares relaxed tissue.
+    let pad = file.as_ref().map(|file| file.file().pad.with_relaxation(Relaxation::none()));
     let maps = slides.maps(pad.as_ref());
     let write = |sizes: &[CurvePoint]| -> Result<(), Failure> {
         let page = report_of(models, config, pad.as_ref(), &slides.runs, sizes)?;
