@@ -36,8 +36,9 @@ Examples:
   fingerpad identify --print-config                        all settings
 
 --hold takes a press that begins in the air, rises and is held, at best for 20 s: forces within 5 mN at 1 kHz during the
-ramp determine a branch of 4 ms only if the ramp takes 10 ms. It prints shares and times with intervals of 95 %, marks a
-value whose interval is wider than 10 % to each side as poorly determined, and ends with the text that --relaxation takes.
+ramp determine a branch of 4 ms only if the ramp takes 10 ms, or if a vibration of some 40 Hz follows the hold. It prints
+shares and times with intervals of 95 %, marks a value whose interval is wider than 10 % to each side as poorly determined,
+and ends with the text that `eval --relaxation` takes.
 
 A table has the columns depth_mm, normal_force_n, friction_coefficient and, if measured, contact_area_mm2. Computed
 states are kept in DIR/states.bin: a run that was killed, or is run again with more options, resumes from there.
