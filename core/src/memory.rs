@@ -460,6 +460,29 @@ mod tests {
         least
     }
 
+    /// A sheared contact that has relaxed in part: without time its normal force is the slope of the stored energy over the depth.
+    #[test]
+    fn the_normal_force_is_the_slope_of_the_stored_energy() {
+        let data: DataOf<SPRINGS, NODES, f64> =
+            Data { odd: 0.0, ..crate::build::Params::example().try_build().unwrap() }.cast();
+        let relaxation = Relaxation::HUMAN_ASSUMED.cast();
+        let model = data.model_unchecked().with_relaxation(&relaxation).unwrap();
+        let mut state = State::<2, f64>::relaxing();
+        state.set_strength_factor(5.0);
+        let mut go = |depth_mm: f64, by: f64, dt_s: f64| {
+            let slide_increment_mm = [by, -0.7 * by];
+            let r = model.step(&mut state, Motion { depth_mm, slide_increment_mm, spin_increment_rad: 0.1 * by, dt_s });
+            (r.normal_force_n, stored(&model, &state))
+        };
+        for k in 1..=20 {
+            go(0.05 * f64::from(k), 0.1, 5e-3);
+        }
+        let ([before, low], deeper) = (go(1.0, 0.0, 0.0).into(), 1e-4);
+        let (after, high) = go(1.0 + deeper, 0.0, 0.0);
+        let slope = (high - low) / deeper;
+        assert!((0.5 * (before + after) / slope - 1.0).abs() < 1e-5, "{before} {after} {slope}");
+    }
+
     fn no_path_yields_work(paths: u32) {
         let shipped = *ModelFile::new(include_bytes!("../tests/data/fingertip.fpm")).unwrap().file().model.data();
         for data in [shipped, crate::build::Params::example().try_build().unwrap()] {
