@@ -348,11 +348,11 @@ mod tests {
         let here = [x + row.press_slide.at(t), y, state.forces.angle[0]];
         for (j, spring) in data.springs.iter().enumerate() {
             let to = spring_positions::<P, T>(here, spring);
-            for k in 0..P {
+            for (k, to) in to.iter().enumerate() {
                 for axis in 0..2 {
                     let w = memory.stretch[j][k].map(|stretch| stretch[axis]);
                     let h = h(w);
-                    let u = if touches { (to[k][axis] - state.forces.anchor[j][k][axis]).to_f64() } else { h / stiff };
+                    let u = if touches { (to[axis] - state.forces.anchor[j][k][axis]).to_f64() } else { h / stiff };
                     let branches = shares.iter().zip(w).map(|(g, w)| 0.5 * g * (u - w.to_f64()).powi(2));
                     let mut of_spring = 0.5 * u * u + branches.sum::<f64>();
                     if axis == 0 {
