@@ -20,14 +20,11 @@ fn press<T: Scalar>(depth_mm: T, dt_s: T) -> Motion<T> {
 }
 
 /// A finger on a surface so rough that all of it sticks: one step to a depth, mm, in a time, s.
-fn pressed<'a, M: Memory<P, T>, T: Elementary, B: fingerpad::pad::Surface<T>>(
+fn pressed<'a, M: Memory<P, T> + 'a, T: Elementary, B: fingerpad::pad::Surface<T>>(
     pad: &'a fingerpad::pad::Pad<'a, T>,
     body: &'a B,
     state: PadState<P, T, M>,
-) -> impl FnMut(T, T) -> Response<T> + 'a
-where
-    M: 'a,
-{
+) -> impl FnMut(T, T) -> Response<T> + 'a {
     let mut state = rough(state);
     move |depth, dt_s| pad.step(&mut state, body, press(depth, dt_s), POSE_DEG.map(T::of))
 }
