@@ -22,7 +22,7 @@ int memory_numbers(const settings* s) { return NUMBERS_BESIDE + s->words; }
 void memory_clear(memory* past, const settings* s, int slot, float strength_factor) {
   memset(past, 0, sizeof(*past));
   settings_begin(&past->framed, s, s->shape[slot]);
-  fingerpad_frame_set_strength_factor(&past->framed, strength_factor);
+  fingerpad_frame_set_strength_factor(&past->framed.contact, strength_factor);
 }
 
 /* A word is a number of the plugin's state: whole numbers of 32 bits are exact in a double. */
@@ -113,7 +113,7 @@ static int follow_mesh(memory* past, const settings* s, const facets* mesh, cons
   after = frame_of(&past->local);
   moved = seen_from(&before, &after);
   past->touches = 0;
-  return fingerpad_frame_reshape(&past->framed, shape_of(&past->local), &moved) == FINGERPAD_OK;
+  return fingerpad_frame_reshape(&past->framed.contact, shape_of(&past->local), &moved) == FINGERPAD_OK;
 }
 
 /* Flags a contact that reaches to where the mesh is not this shape: a disk of its area about the
@@ -161,7 +161,8 @@ static int too_fast(mjtNum placed, mjtNum before_mm, mjtNum clearance) {
 
 int contact_is_far(outcome* now, const mjtNum* numbers, const settings* s, int slot, const placement* here) {
   const memory* past = (const memory*)numbers;
-  if (past->touches != 0 || past->placed != 1 || !isfinite(past->clearance_mm) || !here->finite) return 0;
+  /* In the air tissue recovers, which takes steps. */
+  if (s->relaxes || past->touches != 0 || past->placed != 1 || !isfinite(past->clearance_mm) || !here->finite) return 0;
   mjtNum clearance = clearance_mm(s, slot, here);
   if (!(clearance > FAR_MM)) return 0;
   *now = (outcome){.stable_step_s = NO_LIMIT_S, .status = too_fast(past->placed, past->clearance_mm, clearance)};
@@ -180,7 +181,7 @@ void contact_stay_far(const outcome* now, mjtNum* numbers) {
 static void approach(outcome* now, memory* past, const settings* s, int slot, const placement* here) {
   const fingerpad_pose same = {.quaternion = {1, 0, 0, 0}};
   if (!here->finite) return;
-  if (past->clearance_mm > FAR_MM && !s->mesh[slot].count) fingerpad_frame_reshape(&past->framed, s->shape[slot], &same);
+  if (past->clearance_mm > FAR_MM && !s->relaxes && !s->mesh[slot].count) fingerpad_frame_reshape(&past->framed.contact, s->shape[slot], &same);
   mjtNum clearance = past->touches ? 0 : clearance_mm(s, slot, here);
   if (!past->touches) {
     now->status |= too_fast(past->placed, past->clearance_mm, clearance);
@@ -217,7 +218,7 @@ static void push_on(outcome* now, memory* past, const placement* here) {
 outcome contact_step(memory* past, placement* here, const settings* s, int slot, float strength_factor, mjtNum dt) {
   const facets* mesh = s->mesh[slot].count ? &s->mesh[slot] : NULL;
   outcome now = {.stable_step_s = NO_LIMIT_S};
-  int kept = fingerpad_frame_set_strength_factor(&past->framed, strength_factor) != FINGERPAD_NOT_SET_UP;
+  int kept = fingerpad_frame_set_strength_factor(&past->framed.contact, strength_factor) != FINGERPAD_NOT_SET_UP;
   if (!(kept && (!mesh || follow_mesh(past, s, mesh, here)))) {
     /* The plugin's state was overwritten with numbers that no step leaves there. */
     memory_clear(past, s, slot, strength_factor);
@@ -231,9 +232,9 @@ outcome contact_step(memory* past, placement* here, const settings* s, int slot,
     body = carried_by(&here->geom, &frame);
   }
   if (s->is_pad) {
-    fingerpad_frame_step_pad(&s->pad, &past->framed, &body, (float)dt, &now.felt);
+    fingerpad_frame_step_pad(&s->pad, &past->framed.contact, &body, (float)dt, &now.felt);
   } else {
-    fingerpad_frame_step_bed(&s->bed, &past->framed, &body, (float)dt, &now.felt);
+    fingerpad_frame_step_bed(&s->bed, &past->framed.contact, &body, (float)dt, &now.felt);
   }
   now.status |= now.felt.response.status;
   if (!here->finite) {

@@ -45,12 +45,12 @@ typedef struct {
   /* Of a mesh: its shape near the finger. */
   local_shape local;
   /* Words; all before it are numbers. */
-  fingerpad_frame_contact framed;
+  fingerpad_relaxing_frame_contact framed;
 } memory;
 
 /* Numbers before the words, and most words. */
 #define NUMBERS_BESIDE ((int)(offsetof(memory, framed) / sizeof(mjtNum)))
-#define WORDS_MAX ((int)(sizeof(fingerpad_frame_contact) / sizeof(uint32_t)))
+#define WORDS_MAX ((int)(sizeof(fingerpad_relaxing_frame_contact) / sizeof(uint32_t)))
 
 /* The result of a contact at one moment. */
 typedef struct {

@@ -23,9 +23,12 @@ const char* const ATTRIBUTES[] = {
     "size",
     "stiffness",
     "lambda",
+    "relaxation",
 };
 const int ATTRIBUTE_COUNT = sizeof(ATTRIBUTES) / sizeof(ATTRIBUTES[0]);
 
+/* A code beside those of the library: the reason was given in a warning. */
+#define WARNED (-1)
 /* Longest name of a geom, longest number; longest reason with such a name in it. */
 #define WORD_MAX 256
 #define REASON_MAX (WORD_MAX + 192)
@@ -196,10 +199,11 @@ static void* read_file(const char* path, size_t* length) {
   return bytes;
 }
 
-int settings_begin(fingerpad_frame_contact* framed, const settings* s, fingerpad_shape shape) {
-  if (s->is_pad) return fingerpad_frame_init_pad(&s->pad, shape, framed);
-  int code = fingerpad_frame_init_bed(&s->bed, shape, framed);
-  if (code == FINGERPAD_OK) fingerpad_frame_set_bed_radius(framed, (float)s->pad_radius_mm[0], (float)s->pad_radius_mm[1]);
+int settings_begin(fingerpad_relaxing_frame_contact* framed, const settings* s, fingerpad_shape shape) {
+  if (s->relaxes) return fingerpad_relaxing_frame_init_pad(&s->pad, shape, framed);
+  if (s->is_pad) return fingerpad_frame_init_pad(&s->pad, shape, &framed->contact);
+  int code = fingerpad_frame_init_bed(&s->bed, shape, &framed->contact);
+  if (code == FINGERPAD_OK) fingerpad_frame_set_bed_radius(&framed->contact, (float)s->pad_radius_mm[0], (float)s->pad_radius_mm[1]);
   return code;
 }
 
@@ -211,23 +215,50 @@ static void find_level(settings* s) {
   mju_copy(s->level, level, 9);
 }
 
-/* Loads the file as that of a pad or of a bed, whichever it is. */
-static int load(settings* s, size_t length) {
+/* Gives a pad the branches of the attribute `relaxation`; -1 after a warning. */
+static int relax(settings* s, const mjModel* m, int instance) {
+  static const fingerpad_branch assumed[] = {{1, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}};
+  enum { ASSUMED = sizeof(assumed) / sizeof(assumed[0]) };
+  const char *name = "relaxation", *value = value_of(m, instance, name), *rest = value;
+  fingerpad_branch branches[FINGERPAD_BRANCHES_MAX];
+  char word[WORD_MAX], why[REASON_MAX];
+  size_t count = 0;
+  if (!*value) return 0;
+  if (!s->is_pad) return refuse(m, instance, name, value, "the plugin lets the tissue of pads relax, not of beds");
+  if (strcmp(value, "human-assumed") == 0) return fingerpad_pad_relax(&s->pad, assumed, ASSUMED) == FINGERPAD_OK ? 0 : -1;
+  if (strcmp(value, "none") == 0) return fingerpad_pad_relax(&s->pad, assumed, 0) == FINGERPAD_OK ? 0 : -1;
+  while ((rest = next_word(rest, word))) {
+    char *colon, *end;
+    float share = strtof(word, &colon), time_s = *colon == ':' ? strtof(colon + 1, &end) : 0;
+    if (*colon != ':' || end == colon + 1 || *end || count == FINGERPAD_BRANCHES_MAX) {
+      snprintf(why, sizeof(why), "'%s': expected human-assumed, none, or up to %d words SHARE:TIME_S, as in 1:0.004 0.6:0.07", word, FINGERPAD_BRANCHES_MAX);
+      return refuse(m, instance, name, value, why);
+    }
+    branches[count++] = (fingerpad_branch){share, time_s};
+  }
+  if (fingerpad_pad_relax(&s->pad, branches, count) == FINGERPAD_OK) return 0;
+  return refuse(m, instance, name, value, "a share is outside 0 to 100, or a time outside 1e-5 to 1e5 s");
+}
+
+/* Loads the file as that of a pad or of a bed, whichever it is, and counts the words of a contact. */
+static int load(settings* s, const mjModel* m, int instance, size_t length) {
   fingerpad_pad_info pad = {0};
   fingerpad_model_info bed = {0};
-  fingerpad_frame_contact framed;
-  int code = fingerpad_pad_load(&s->pad, s->file, length);
+  fingerpad_relaxing_frame_contact framed;
+  int code = fingerpad_relaxing_pad_load(&s->pad, s->file, length);
   s->is_pad = code == FINGERPAD_OK;
   /* Of a file that is no pad the reader of beds says what is wrong. */
   if (code == FINGERPAD_SECTION) code = fingerpad_model_load(&s->bed, s->file, length);
   if (code != FINGERPAD_OK) return code;
+  if (relax(s, m, instance)) return WARNED;
   code = s->is_pad ? fingerpad_pad_describe(&s->pad, &pad) : fingerpad_model_describe(&s->bed, &bed);
   s->neutral_deg[0] = s->is_pad ? pad.neutral_pitch_deg : bed.pitch_deg;
   s->neutral_deg[1] = bed.roll_deg;
   s->patches = (int)pad.patches;
+  s->relaxes = pad.branches > 0;
   find_level(s);
   if (settings_begin(&framed, s, (fingerpad_shape){.kind = FINGERPAD_SHAPE_PLANE}) == FINGERPAD_OK) {
-    s->words = (int)(fingerpad_frame_bytes(&framed) / sizeof(uint32_t));
+    s->words = (int)(fingerpad_frame_bytes(&framed.contact) / sizeof(uint32_t));
   }
   return code;
 }
@@ -268,27 +299,27 @@ static int is_less(const void* a, const void* b) {
 
 /* The stiffness of the patches of a pad over the area in contact, N/m per mm², against motions within the tolerance of its equilibrium, in
  * which the bulk does not move. Such a motion may still start a new equilibrium, so the upper quartile of many is taken. */
-static mjtNum patch_stiffness(const settings* s) {
+static mjtNum patch_stiffness(const settings* s, float dt_s) {
   fingerpad_pad_info info = {0};
   fingerpad_pad_describe(&s->pad, &info);
   enum { DEPTHS = 12, MOTIONS = 4 };
-  const float tiny_mm = 5e-5f, sticks = 5, dt = 1e-3f;
+  const float tiny_mm = 5e-5f, sticks = 5, relaxed_s = 1e3f;
   const fingerpad_body plane = {FINGERPAD_BODY_PLANE, 0, 0, 0};
   mjtNum found[DEPTHS * MOTIONS];
   for (int i = 0; i < DEPTHS; i++) {
-    fingerpad_pad_state start, state;
+    fingerpad_relaxing_pad_state start, state;
     fingerpad_response rest, moved;
     float depth = info.depth_max_mm * (float)(i + 1) / (DEPTHS + 1);
-    fingerpad_pad_motion motion = {depth, 0, 0, 0, info.neutral_pitch_deg, 0, dt};
-    fingerpad_pad_state_init(&s->pad, &start);
-    fingerpad_pad_state_set_strength_factor(&start, sticks);
-    fingerpad_pad_step(&s->pad, &start, plane, motion, &rest);
+    fingerpad_pad_motion motion = {depth, 0, 0, 0, info.neutral_pitch_deg, 0, relaxed_s};
+    fingerpad_relaxing_pad_state_init(&s->pad, &start);
+    fingerpad_pad_state_set_strength_factor(&start.state, sticks);
+    for (int k = 0; k < 2; k++) fingerpad_pad_step(&s->pad, &start.state, plane, motion, &rest);
     for (int k = 0; k < MOTIONS; k++) {
       float way = k % 2 ? -tiny_mm : tiny_mm;
-      motion = (fingerpad_pad_motion){depth, 0, 0, 0, info.neutral_pitch_deg, 0, dt};
+      motion = (fingerpad_pad_motion){depth, 0, 0, 0, info.neutral_pitch_deg, 0, dt_s};
       *(k < 2 ? &motion.depth_mm : &motion.slide_x_mm) += way;
       memcpy(&state, &start, sizeof(start));
-      fingerpad_pad_step(&s->pad, &state, plane, motion, &moved);
+      fingerpad_pad_step(&s->pad, &state.state, plane, motion, &moved);
       mjtNum more = k < 2 ? (mjtNum)moved.normal_force_n - rest.normal_force_n : (mjtNum)moved.friction_x_n - rest.friction_x_n;
       found[MOTIONS * i + k] = 1000 * more / (motion.depth_mm - depth + motion.slide_x_mm) / mju_max(rest.contact_area_mm2, mjMINVAL);
     }
@@ -307,15 +338,13 @@ static int read_model(settings* s, const mjModel* m, int instance) {
     snprintf(why, sizeof(why), "cannot be read (%s); a relative path counts from the working directory, and no model of this name ships", strerror(errno));
     return refuse(m, instance, "model_file", path, *path ? why : "give the path of a .fpm file");
   }
-  int code = load(s, length);
-  fingerpad_pad_info pad = {0};
-  if (code == FINGERPAD_OK && s->is_pad) code = fingerpad_pad_describe(&s->pad, &pad);
-  if (pad.branches) {
-    return refuse(m, instance, "model_file", path, "section RELX: its tissue relaxes, which the plugin does not follow");
-  }
+  int code = load(s, m, instance, length);
+  if (code == WARNED) return -1;
   if (code == FINGERPAD_OK) {
     if (tune(s, m, instance)) return -1;
-    if (s->is_pad) s->patch_stiffness = patch_stiffness(s);
+    if (s->is_pad) s->patch_stiffness = patch_stiffness(s, (float)m->opt.timestep);
+    /* Tissue that relaxes damps by itself. */
+    if (s->relaxes) s->damping_normal = s->damping_slide = s->damping_spin = 0;
     return 0;
   }
   return refuse(m, instance, "model_file", path, fingerpad_error_text(code));
@@ -325,7 +354,7 @@ void settings_preview(settings* s, const mjModel* m, int instance) {
   size_t length;
   *s = (settings){0};
   s->file = read_file(value_of(m, instance, "model_file"), &length);
-  if (s->file) load(s, length);
+  if (s->file) load(s, m, instance, length);
   settings_free(s);
 }
 
@@ -361,7 +390,7 @@ static fingerpad_shape shape_of(const settings* s, const mjModel* m, int geom) {
 static int read_shapes(settings* s, const mjModel* m, int instance) {
   char why[REASON_MAX];
   for (int i = 0; i < s->geom_count; i++) {
-    fingerpad_frame_contact framed;
+    fingerpad_relaxing_frame_contact framed;
     int geom = s->geoms[i];
     const mjtNum* size = m->geom_size + 3 * geom;
     const char* name = mj_id2name(m, mjOBJ_GEOM, geom);

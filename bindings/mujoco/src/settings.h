@@ -22,6 +22,8 @@ typedef struct {
   int is_pad;
   fingerpad_model bed;
   fingerpad_pad pad;
+  /* Whether its tissue relaxes. */
+  int relaxes;
   /* Pitch and roll of the neutral pose, degrees. */
   mjtNum neutral_deg[2];
   /* Words of a contact in frames, and patches of a pad. */
@@ -67,7 +69,7 @@ void settings_preview(settings* s, const mjModel* m, int instance);
 int settings_read(settings* s, const mjModel* m, int instance);
 void settings_free(settings* s);
 /* Sets up a contact in frames with a shape; returns the code of the library. */
-int settings_begin(fingerpad_frame_contact* framed, const settings* s, fingerpad_shape shape);
+int settings_begin(fingerpad_relaxing_frame_contact* framed, const settings* s, fingerpad_shape shape);
 /* The strength factor of contact `i` at this moment. */
 float settings_strength(const settings* s, const mjData* d, int i);
 

@@ -51,7 +51,7 @@ static int refuse(const mjModel* m, int instance, const char* why) {
 
 static int init(const mjModel* m, mjData* d, int instance) {
   settings s = {0};
-  fingerpad_frame_contact fresh;
+  fingerpad_relaxing_frame_contact fresh;
   int contact = find_contact(m, instance, sensor_of(m, instance));
   if (contact == AMBIGUOUS) return refuse(m, instance, "several instances go by this name; give the whole one");
   if (contact < 0) return refuse(m, instance, "the model has no instance of fingerpad.contact of this name");
@@ -61,7 +61,7 @@ static int init(const mjModel* m, mjData* d, int instance) {
   if (data) {
     *data = (skin){.contact = contact, .count = s.patches};
     settings_begin(&fresh, &s, (fingerpad_shape){.kind = FINGERPAD_SHAPE_PLANE});
-    fingerpad_frame_patches(&s.pad, &fresh, data->at_rest, FINGERPAD_PATCHES_MAX);
+    fingerpad_frame_patches(&s.pad, &fresh.contact, data->at_rest, FINGERPAD_PATCHES_MAX);
   }
   int is_bed = !s.is_pad;
   settings_free(&s);
@@ -131,7 +131,7 @@ static void compute(const mjModel* m, mjData* d, int instance, int capability) {
   memcpy(all, data->at_rest, sizeof(all));
   for (int slot = 0; slot < s->geom_count && !is_switched_off(m); slot++) {
     const memory* past = touching_memory(d, data->contact, slot);
-    if (!past || fingerpad_frame_patches(&s->pad, &past->framed, own, FINGERPAD_PATCHES_MAX) != FINGERPAD_OK) continue;
+    if (!past || fingerpad_frame_patches(&s->pad, &past->framed.contact, own, FINGERPAD_PATCHES_MAX) != FINGERPAD_OK) continue;
     for (int i = 0; i < data->count; i++) add(&all[i], &own[i]);
   }
   for (int sensor = 0; sensor < m->nsensor; sensor++) {

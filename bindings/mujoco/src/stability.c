@@ -75,6 +75,11 @@ void linearise(linear_contact* linear, const memory* past, const settings* s, in
   memcpy(&start, past, sizeof(start));
   outcome now = contact_step(&start, &there, s, slot, STICKS, ANY_STEP_S), other;
   *linear = (linear_contact){.site = s->site, .geom = s->geoms[slot], .here = there};
+  if (s->relaxes) {
+    /* Forces of equal age are compared. */
+    memcpy(&moved, &start, sizeof(start));
+    now = contact_step(&moved, &there, s, slot, STICKS, ANY_STEP_S);
+  }
   contact_wrench(&w, &now, s, &linear->here, STILL, STILL);
   wrench_numbers(rest, &w);
   for (int k = 0; k < AXES; k++) {

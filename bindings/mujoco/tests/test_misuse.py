@@ -94,13 +94,32 @@ def test_a_bad_attribute_of_a_pad_is_named_with_its_value(attribute, value, reas
     assert reason in said and f'attribute {attribute} = "{value}"' in said, said
 
 
-def test_a_pad_that_relaxes_is_refused_by_name(capfd, own_folder):
+def test_a_pad_follows_the_branches_of_its_file(own_folder):
     # The Python package of the core writes such files.
     core = pytest.importorskip("fingerpad")
     soft = own_folder / "soft.fpm"
     soft.write_bytes(core.Pad.from_file(scenes.PAD_FILE).relaxing("human-assumed").to_bytes())
-    said = why_refused(paths.scene(model_file=soft), capfd, own_folder)
-    assert "section RELX" in said and f'attribute model_file = "{soft}"' in said, said
+    path = np.zeros((40, 6))
+    path[0, 0], path[1:, 0] = -0.1, 0.8
+    by_file, by_attribute = (
+        [c["normal_force_n"] for c in paths.lead_along(path, paths.pad_at, **attributes)]
+        for attributes in (dict(model_file=soft), dict(model_file=scenes.PAD_FILE, relaxation="human-assumed"))
+    )
+    assert by_file == by_attribute and by_file[1] > 1.5 * by_file[-1]
+
+
+@pytest.mark.parametrize(
+    "model_file, value, reason",
+    [
+        (scenes.PAD_FILE, "1", "'1': expected human-assumed, none, or up to 3 words SHARE:TIME_S"),
+        (scenes.PAD_FILE, "1:0.1 1:0.2 1:0.3 1:0.4", "'1:0.4': expected"),
+        (scenes.PAD_FILE, "-1:0.1", "a share is outside 0 to 100, or a time outside 1e-5 to 1e5 s"),
+        (scenes.MODEL_FILE, "1:0.1", "the plugin lets the tissue of pads relax, not of beds"),
+    ],
+)
+def test_branches_that_are_none_are_refused(model_file, value, reason, capfd, own_folder):
+    said = why_refused(paths.scene(model_file=model_file, relaxation=value), capfd, own_folder)
+    assert reason in said and f'attribute relaxation = "{value}"' in said, said
 
 
 def test_another_version_of_mujoco_is_refused_by_name(monkeypatch):
