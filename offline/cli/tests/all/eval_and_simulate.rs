@@ -194,11 +194,13 @@ fn tissue_that_relaxes_is_followed_in_time() {
     let relaxed = folder.column("r.csv", "normal_force_n");
     assert!((relaxed.last().unwrap() / force.last().unwrap() - 1.0).abs() < 1e-4);
     folder.write("log.csv", "t_s,normal_force_n,friction_x_n,friction_y_n,slide_x_mm,slide_y_mm\n0,0,0,0,0,0\n");
+    folder.write("c.csv", crate::common::CALIBRATION);
+    folder.write("m.csv", crate::common::MEASURED);
     for line in [
         "eval --model soft.fpm --observe log.csv --out o.csv",
         "export --model soft.fpm --format c --out w.h",
         "export --model soft.fpm --format fmu --out w.fmu",
-        "diagnose --model soft.fpm --runs log.csv --out d",
+        "diagnose runs --calibration c.csv --measured m.csv --model soft.fpm --out d",
     ] {
         folder.refused(line, &["RELX"]);
     }
