@@ -170,8 +170,9 @@ pub fn warp_gate() -> Result<()> {
     warp(&GATE)
 }
 
-/// On a GPU as well if there is one; the head of the report names it.
+/// On a GPU as well if there is one; the head of the report names it. Beside the plugin for MuJoCo, whose forces are the same.
 pub fn warp_nightly() -> Result<()> {
+    plugin(&NIGHTLY)?;
     warp(&NIGHTLY)?;
     // Newton needs an older MuJoCo than the other tests.
     let python = install::python("python-newton", "bindings/requirements-newton.txt")?;
