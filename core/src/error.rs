@@ -172,7 +172,7 @@ impl core::fmt::Display for Error {
                 write!(f, "made for {elements} springs and {nodes} table nodes, which is not what is used here")
             }
             Self::Section { id: RELAXATION } => {
-                f.write_str("section RELX: tissue that relaxes, which is not followed here")
+                f.write_str("section RELX: tissue that relaxes is not followed here, or the section is damaged")
             }
             Self::Section { id } => write!(
                 f,

@@ -120,8 +120,10 @@ SENSOR = """<plugin name="{0}" plugin="fingerpad.contact" instance="{0}"/>"""
 @pytest.mark.parametrize(("file", "within_mm"), [(MODEL, 0.2), (PAD, 0.001)], ids=["bed", "pad"])
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_the_motion_is_that_of_the_plugin(file: Path, within_mm: float, cone: str) -> None:
-    """A block of 5 g is lifted off a table at 4 ms: place in every step, and what the fingers feel at the end. The plugin computes the stiffness of a
-    bed anew where its depth has changed by 15 %, this package in every step."""
+    """A block of 5 g is lifted off a table at 4 ms. Its place is compared in every step, and what the fingers feel at the end.
+
+    Beds differ by more, because the plugin computes their stiffness again only after their depth has changed by 15 %. This package does so in
+    every step."""
     fingerpad_mujoco = pytest.importorskip("fingerpad_mujoco")
     sides, timestep = ("left", "right"), 0.004
     instances, sensors = ("".join(text.format(side, file) for side in sides) for text in (INSTANCE, SENSOR))

@@ -53,14 +53,6 @@ impl<'a> PadFile<'a> {
         pad.check()?;
         Ok(Self { pad, meta })
     }
-
-    /// The same for those that do not follow the tissue in time.
-    ///
-    /// # Errors
-    /// [`Error::Section`] with `RELX` for a file of tissue that relaxes.
-    pub fn without_branches(self) -> Result<Self, Error> {
-        if self.pad.relaxation.is_some() { Err(Error::Section { id: RELAXATION }) } else { Ok(self) }
-    }
 }
 
 const MODES_WORD: [u8; 4] = (MODES as u32).to_le_bytes();

@@ -20,6 +20,8 @@ mod pads;
 mod properties;
 mod recipe;
 mod relaxation;
+mod relaxed_margin;
+mod relaxing_memory;
 mod requests;
 mod step_length;
 mod stick_ratio;

@@ -1,21 +1,17 @@
 //! Tissue that relaxes: the shipped pad and the shipped bed with branches, against closed forms.
 
 use crate::common::{Double, Noise, example, shipped, shipped_pad};
-use fingerpad::build::{Data, DataOf, EffectSlot, Node, ParamsOf, Sections};
-use fingerpad::pad::{
-    Body, Cylinder, Edge, Memory, Orthotropy, PadFile, PadOn, PadState, Plane, RelaxingPadState, Sphere,
-    relaxing_pad_state_bytes,
-};
+use fingerpad::build::{DataOf, Node, ParamsOf};
+use fingerpad::pad::{Body, Memory, PadState, Plane, RelaxingPadState, Sphere};
 use fingerpad::{
-    BRANCHES, BedMemory, Branch, Drivable, Drive, Elementary, Error, Field, File, ForceStateOf, Model, ModelOf, Motion,
-    Normal, Regime, Relaxation, RelaxingState, RelaxingStateOf, Response, SPRINGS, Scalar, State, StateOf, Status,
-    Tangential, relaxing_state_bytes,
+    BedMemory, Branch, Elementary, ForceStateOf, Model, ModelOf, Motion, Regime, Relaxation, RelaxingState,
+    RelaxingStateOf, Response, SPRINGS, Scalar, StateOf,
 };
 
-const P: usize = 40;
-const POSE_DEG: [f32; 2] = [30.0, 0.0];
+pub const P: usize = 40;
+pub const POSE_DEG: [f32; 2] = [30.0, 0.0];
 
-fn press<T: Scalar>(depth_mm: T, dt_s: T) -> Motion<T> {
+pub fn press<T: Scalar>(depth_mm: T, dt_s: T) -> Motion<T> {
     Motion { depth_mm, dt_s, ..Motion::default() }
 }
 
@@ -39,7 +35,7 @@ fn bed_pressed<'a, const N: usize, T: Elementary>(
 }
 
 /// The same bed without time.
-fn slow_bed<'a, const N: usize, T: Elementary>(
+pub fn slow_bed<'a, const N: usize, T: Elementary>(
     model: &'a ModelOf<'a, SPRINGS, N, T>,
 ) -> impl FnMut(T, T) -> Response<T> + 'a {
     let mut state = StateOf::<SPRINGS, 1, T>::default();
@@ -48,7 +44,7 @@ fn slow_bed<'a, const N: usize, T: Elementary>(
 }
 
 /// Sum of shares times what `of` makes of a time.
-fn sum(of: impl Fn(f64) -> f64) -> f64 {
+pub fn sum(of: impl Fn(f64) -> f64) -> f64 {
     Relaxation::HUMAN_ASSUMED.branches().iter().map(|b| f64::from(b.share) * of(f64::from(b.time_s))).sum()
 }
 
@@ -59,7 +55,7 @@ fn rough<M: Memory<P, T>, T: Elementary>(mut state: PadState<P, T, M>) -> PadSta
 }
 
 /// Slides, presses, turns and tilts.
-fn disturbed(steps: usize, seed: u64) -> Vec<(Motion, [f32; 2])> {
+pub fn disturbed(steps: usize, seed: u64) -> Vec<(Motion, [f32; 2])> {
     let mut random = Noise(seed);
     (0..steps)
         .map(|k| {
@@ -515,161 +511,6 @@ fn vibration_does_not_release_a_static_load_in_1e5_cycles() {
     check_cycles(100_000);
 }
 
-/// A grip at a held depth: the load that the first moment holds slips seconds later, and the margin of the relaxed tissue says so at once.
-/// The margins that are told at the start of a load of this share of the relaxed limit, and the step at which it slips.
-fn slips_at<S: Clone, F: Drivable<S>>(finger: &F, limit: f32, share: f32) -> ((f32, f32), Option<i32>) {
-    let mut state = finger.fresh().unwrap();
-    for k in 1..=50 {
-        finger.step(&mut state, press(1.2 * k as f32 / 50.0, 1e-3));
-    }
-    let mut drive = Drive {
-        normal: Normal::DepthMm(1.2),
-        tangential: Tangential::FrictionN([share * limit, 0.0]),
-        spin_increment_rad: 0.0,
-        dt_s: 0.01,
-    };
-    let mut told = (0.0, 0.0);
-    for k in 1..=500 {
-        drive.dt_s = if k < 20 { 2e-3 } else { 0.01 };
-        drive.tangential = Tangential::FrictionN([share * limit * (k as f32 / 20.0).min(1.0), 0.0]);
-        let r = finger.step_driven(&mut state, drive).response;
-        if k == 20 {
-            told = (r.slip_margin, r.slip_margin_relaxed);
-        }
-        if k > 20 && r.friction_n[0] < 0.98 * share * limit {
-            return (told, Some(k));
-        }
-    }
-    (told, None)
-}
-
-#[test]
-fn a_load_that_holds_now_slips_when_the_finger_has_relaxed() {
-    fn check<S: Clone, F: Drivable<S>>(name: &str, finger: &F, limit: f32) {
-        let ((margin, relaxed), held) = slips_at(finger, limit, 0.8);
-        assert!(held.is_none() && margin > 0.25 && (relaxed - 0.2).abs() < 0.03, "{name} {margin} {relaxed} {held:?}");
-        let ((margin, relaxed), held) = slips_at(finger, limit, 1.05);
-        assert!(margin > 0.15 && relaxed == 0.0 && held.is_some_and(|k| k > 50), "{name} {margin} {relaxed} {held:?}");
-    }
-    let (file, data) = (shipped_pad(), shipped());
-    let pad = file.file().pad.with_relaxation(Relaxation::HUMAN_ASSUMED);
-    let finger = PadOn { pad, body: &Plane, pose_deg: POSE_DEG };
-    let limit = pad.step(&mut PadState::<P>::new(&pad).unwrap(), &Plane, press(1.2, 1.0), POSE_DEG).friction_limit_n;
-    check::<RelaxingPadState<P>, _>("pad", &finger, limit);
-    let model = data.model().unwrap().with_relaxation(&Relaxation::HUMAN_ASSUMED).unwrap();
-    // The limit of a bed depends on the direction.
-    let mut state = State::default();
-    model.step(&mut state, press(1.2, 1.0));
-    let limit = model.step(&mut state, Motion { slide_increment_mm: [0.1, 0.0], ..press(1.2, 1.0) }).friction_limit_n;
-    check::<RelaxingState<1>, _>("bed", &model, limit);
-    check::<RelaxingState<2>, _>("bed with spin", &model, limit);
-}
-
-/// A bed is pressed and loaded; `slip_margin_relaxed` of the first moment is the margin after a long hold.
-#[test]
-fn the_margin_of_a_bed_that_is_left_is_that_after_a_long_hold() {
-    let data = shipped();
-    let model = data.model().unwrap().with_relaxation(&Relaxation::HUMAN_ASSUMED).unwrap();
-    for (depth, load) in [(0.5, [0.05, 0.05]), (1.5, [0.3, -0.1]), (1.2, [-0.1, 0.1])] {
-        let mut state = RelaxingState::<2>::relaxing();
-        for k in 1..=40 {
-            model.step(&mut state, press(depth * k as f32 / 40.0, 1e-3));
-        }
-        let mut drive = Drive {
-            normal: Normal::DepthMm(depth),
-            tangential: Tangential::FrictionN([0.0; 2]),
-            spin_increment_rad: 0.0,
-            dt_s: 1e-3,
-        };
-        let mut told = Response::default();
-        for k in 1..=10 {
-            drive.tangential = Tangential::FrictionN(load.map(|part| part * k as f32 / 10.0));
-            told = model.step_driven(&mut state, drive).response;
-            assert!(told.status == Status::OK, "{told:?}");
-        }
-        assert!(told.slip_margin > told.slip_margin_relaxed + 0.05 && told.slip_margin_relaxed > 0.1, "{told:?}");
-        let mut r = told;
-        drive.dt_s = 2e-3;
-        let mut t = 0.0;
-        while t < 140.0 {
-            r = model.step_driven(&mut state, drive).response;
-            assert!(r.status == Status::OK, "{t} s: {r:?}");
-            t += drive.dt_s;
-            drive.dt_s = (1.05 * drive.dt_s).min(2.0);
-        }
-        let off = (r.slip_margin - told.slip_margin_relaxed).abs();
-        assert!(off < 0.02 * (1.0 - r.slip_margin), "{depth} {load:?}: told {told:?}, found {r:?}");
-        assert!((r.slip_margin - r.slip_margin_relaxed).abs() < 1e-3, "{r:?}");
-    }
-    let mut plain = StateOf::<SPRINGS, 2>::default();
-    let mut state = RelaxingState::<2>::relaxing();
-    for (motion, _) in disturbed(3000, 11) {
-        let r = model.step(&mut plain, motion);
-        assert_eq!(r.slip_margin.to_bits(), r.slip_margin_relaxed.to_bits());
-        let r = model.step(&mut state, motion);
-        assert!((0.0..=1.0).contains(&r.slip_margin_relaxed) && (0.0..=1.0).contains(&r.stick_ratio), "{r:?}");
-    }
-}
-
-/// A body is pressed and loaded along the skin. At the first moment `slip_margin_relaxed` predicts the margin of later. Then the load is held for
-/// 100 times the longest time of the tissue, and the margin at the end is compared with the prediction.
-#[test]
-fn the_margin_that_is_left_is_that_after_a_long_hold() {
-    let file = shipped_pad();
-    let ratio = Orthotropy::new(0.6, 30.0).unwrap();
-    for orthotropy in [Orthotropy::isotropic(), ratio] {
-        let pad = file.file().pad.with_orthotropy(orthotropy).with_relaxation(Relaxation::HUMAN_ASSUMED);
-        for (body, depth, load) in [
-            (Body::Plane, 0.5, [0.05, 0.05]),
-            (Body::Plane, 1.5, [0.3, -0.1]),
-            (Body::Sphere(Sphere::new(12.0).unwrap()), 1.5, [0.0, 0.15]),
-            (Body::Cylinder(Cylinder::new(15.0, 20.0).unwrap()), 1.0, [-0.12, 0.05]),
-        ] {
-            let finger = PadOn { pad, body: &body, pose_deg: POSE_DEG };
-            let mut state = RelaxingPadState::<P>::relaxing_over(&pad, POSE_DEG).unwrap();
-            for k in 1..=40 {
-                pad.step(&mut state, &body, press(depth * k as f32 / 40.0, 1e-3), POSE_DEG);
-            }
-            let mut drive = Drive {
-                normal: Normal::DepthMm(depth),
-                tangential: Tangential::FrictionN([0.0; 2]),
-                spin_increment_rad: 0.0,
-                dt_s: 1e-3,
-            };
-            let mut told = Response::default();
-            for k in 1..=10 {
-                drive.tangential = Tangential::FrictionN(load.map(|part| part * k as f32 / 10.0));
-                told = finger.step_driven(&mut state, drive).response;
-            }
-            assert!(told.slip_margin > told.slip_margin_relaxed + 0.1 && told.slip_margin_relaxed > 0.1, "{told:?}");
-            let mut r = told;
-            drive.dt_s = 2e-3;
-            let mut t = 0.0;
-            while t < 140.0 {
-                r = finger.step_driven(&mut state, drive).response;
-                t += drive.dt_s;
-                drive.dt_s = (1.2 * drive.dt_s).min(20.0);
-            }
-            let off = (r.slip_margin - told.slip_margin_relaxed).abs();
-            assert!(off < 0.02 * (1.0 - r.slip_margin), "{body:?} {depth} {load:?}: told {told:?}, found {r:?}");
-            assert!((r.slip_margin - r.slip_margin_relaxed).abs() < 1e-4, "{r:?}");
-        }
-    }
-    // Without branches the two are one, on every step of a disturbed path.
-    let pad = file.file().pad;
-    let mut state = PadState::<P>::new(&pad).unwrap();
-    for (motion, pose_deg) in disturbed(500, 11) {
-        let r = pad.step(&mut state, &Plane, motion, pose_deg);
-        assert_eq!(r.slip_margin.to_bits(), r.slip_margin_relaxed.to_bits());
-    }
-    let relaxing = pad.with_relaxation(Relaxation::HUMAN_ASSUMED);
-    let mut state = RelaxingPadState::<P>::relaxing(&pad).unwrap();
-    for (motion, pose_deg) in disturbed(1500, 12) {
-        let r = relaxing.step(&mut state, &Plane, motion, pose_deg);
-        assert!((0.0..=1.0).contains(&r.slip_margin_relaxed), "{r:?}");
-    }
-}
-
 /// The peak of a second press over that of the first, after a pause, s.
 fn check_lag(name: &str, mut go: impl FnMut(f32, f32) -> Response) {
     let mut peak = |pause_s: f32| {
@@ -699,165 +540,4 @@ fn a_touch_soon_after_a_press_meets_skin_that_lags() {
     check_lag("pad", |depth, dt_s| pad.step(&mut state, &Plane, press(depth, dt_s), POSE_DEG));
     let model = data.model().unwrap().with_relaxation(&Relaxation::HUMAN_ASSUMED).unwrap();
     check_lag("bed", bed_pressed(&model));
-}
-
-/// A press to 1 mm, then time steps that are none, then one of 50 ms.
-///
-/// * `most`: relative tolerance of an equilibrium
-fn check_time_steps<S: Clone>(name: &str, state: &mut S, most: f32, step: impl Fn(&mut S, f32, f32) -> Response) {
-    for k in 1..=20 {
-        step(state, 0.05 * k as f32, 1e-3);
-    }
-    let held = step(state, 1.0, 1e-3);
-    let mut moved = state.clone();
-    for dt_s in [0.0, -1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let r = step(state, 1.0, dt_s);
-        assert!(r.status.contains(Status::BAD_TIME_STEP), "{name} {dt_s}");
-        assert!((r.normal_force_n / held.normal_force_n - 1.0).abs() < most, "{name} {dt_s}: {r:?} {held:?}");
-    }
-    let [a, b] = [state, &mut moved].map(|s| step(s, 1.0, 0.05).normal_force_n);
-    assert!((a / b - 1.0).abs() < most && a < 0.9 * held.normal_force_n, "{name}: {a} {b}");
-}
-
-#[test]
-fn time_steps_that_are_none_are_flagged_and_freeze_the_memory() {
-    let (file, data) = (shipped_pad(), shipped());
-    let pad = file.file().pad.with_relaxation(Relaxation::HUMAN_ASSUMED);
-    let mut state = RelaxingPadState::<P>::relaxing(&pad).unwrap();
-    check_time_steps("pad", &mut state, 1e-4, |state, depth, dt_s| {
-        pad.step(state, &Plane, press(depth, dt_s), POSE_DEG)
-    });
-    assert!(pad.step(&mut state, &Plane, press(1.0, 1e30), POSE_DEG).status.contains(Status::BAD_TIME_STEP));
-    let model = data.model().unwrap().with_relaxation(&Relaxation::HUMAN_ASSUMED).unwrap();
-    let mut state = RelaxingState::<1>::relaxing();
-    check_time_steps("bed", &mut state, 1e-6, |state, depth, dt_s| model.step(state, press(depth, dt_s)));
-    // A step without time is elastic: as stiff as the branches together, from the frozen memory on.
-    let held = model.step(&mut state.clone(), press(1.0, 0.0)).normal_force_n;
-    let pressed = model.step(&mut state.clone(), press(1.01, 0.0)).normal_force_n;
-    let plain = slow_bed(&model)(1.01, 1.0).normal_force_n - slow_bed(&model)(1.0, 1.0).normal_force_n;
-    let stiff = sum(|_| 1.0) as f32 + 1.0;
-    assert!(((pressed - held) / plain / stiff - 1.0).abs() < 1e-3, "{} {plain}", pressed - held);
-    // A step of any length is one, as without branches: then nothing is remembered.
-    let long = model.step(&mut state, press(1.01, 1e30));
-    let relaxed = model.step(&mut State::default(), press(1.01, 1.0)).normal_force_n;
-    assert!(long.status == Status::OK && (long.normal_force_n / relaxed - 1.0).abs() < 2e-3, "{long:?} {relaxed}");
-}
-
-#[test]
-fn a_file_and_a_saved_state_keep_branches_and_memory() {
-    let file = shipped_pad();
-    let plain = file.file().pad;
-    let pad = plain.with_relaxation(Relaxation::HUMAN_ASSUMED);
-    let mut words = vec![0u64; 4096];
-    let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
-    let length = pad.write_file("{}", bytes).unwrap();
-    assert_eq!(length, pad.file_length("{}"));
-    let read = PadFile::from_bytes(&bytes[..length]).unwrap().pad;
-    assert_eq!((read.relaxation(), read.patches, read.numbers), (pad.relaxation(), pad.patches, pad.numbers));
-    assert_ne!(pad.checksum(), plain.checksum());
-    let refused = PadFile::from_bytes(&bytes[..length]).unwrap().without_branches().map(|_| ());
-    assert_eq!(refused, Err(Error::Section { id: *b"RELX" }));
-    // A file of tissue that does not relax is that of before.
-    let before = plain.write_file(file.file().meta, bytes).unwrap();
-    assert_eq!(&bytes[..before], include_bytes!("../data/fingertip-pad.fpm"));
-
-    let body = Edge::new(4.0, 20.0, 110.0).unwrap();
-    let mut state = RelaxingPadState::<P>::relaxing_over(&pad, POSE_DEG).unwrap();
-    for (motion, pose_deg) in disturbed(150, 5) {
-        pad.step(&mut state, &body, motion, pose_deg);
-    }
-    let mut saved = vec![0; relaxing_pad_state_bytes(P)];
-    assert_eq!(state.write_bytes(pad.checksum(), &mut saved), Ok(saved.len()));
-    let mut again = RelaxingPadState::<P>::read_bytes(pad.checksum(), &saved).unwrap();
-    assert_eq!(again, state);
-    for (motion, pose_deg) in disturbed(20, 9) {
-        let [a, b] = [&mut state, &mut again].map(|s| pad.step(s, &body, motion, pose_deg));
-        assert_eq!(a, b);
-    }
-    assert!(PadState::<P>::read_bytes(pad.checksum(), &saved).is_err(), "a state without memory has another length");
-}
-
-#[test]
-fn bad_branches_are_refused_by_name_and_value() {
-    let refused = |share: f32, time_s: f32| match Relaxation::new(&[
-        Branch { share: 0.5, time_s: 1.0 },
-        Branch { share, time_s },
-    ]) {
-        Err(Error::Range { what, index: 1, value }) => (what, value.to_bits()),
-        other => panic!("{other:?}"),
-    };
-    for share in [-0.1, f32::NAN, f32::INFINITY, 1e6] {
-        assert_eq!(refused(share, 1.0), (Field::RelaxationShare, share.to_bits()));
-    }
-    for time_s in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(refused(0.5, time_s), (Field::RelaxationTime, time_s.to_bits()));
-    }
-    assert_eq!(Relaxation::new(&[Branch::default(); 4]), Err(Error::Shape { elements: 4, nodes: 3 }));
-}
-
-#[test]
-fn a_file_and_a_saved_state_of_a_bed_keep_branches_and_memory() {
-    let data = shipped();
-    let relaxation = Relaxation::HUMAN_ASSUMED;
-    let sections = Sections { relaxation: Some(&relaxation), ..Sections::default() };
-    let mut words = vec![0u64; 2048];
-    let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
-    let length = data.write_file_with(&[], sections, "{}", bytes).unwrap();
-    assert_eq!(length, Data::file_length_with(&[], sections, "{}"));
-    let file = File::relaxing(&bytes[..length]).unwrap();
-    assert_eq!((file.model.relaxation(), *file.model.data()), (Some(&relaxation), data));
-    // A reader that does not follow the tissue refuses the file by the name of the section.
-    let refused = Some(Error::Section { id: *b"RELX" });
-    assert_eq!(
-        (File::from_bytes(&bytes[..length]).err(), Model::from_bytes(&bytes[..length]).err()),
-        (refused, refused)
-    );
-    assert_eq!(fingerpad::host::ModelFile::new(&bytes[..length]).err(), refused);
-
-    let mut state = RelaxingState::<2>::relaxing();
-    for (motion, _) in disturbed(150, 5) {
-        file.model.step(&mut state, motion);
-    }
-    let model = data.checksum();
-    let mut saved = vec![0; relaxing_state_bytes(SPRINGS, 2)];
-    assert_eq!(state.write_bytes(model, &mut saved), Ok(saved.len()));
-    let mut again = RelaxingState::<2>::read_bytes(model, &saved).unwrap();
-    assert_eq!(again, state);
-    for (motion, _) in disturbed(20, 9) {
-        let [a, b] = [&mut state, &mut again].map(|s| file.model.step(s, motion));
-        assert_eq!(a, b);
-    }
-    assert!(StateOf::<SPRINGS, 2>::read_bytes(model, &saved).is_err(), "a state without memory has another length");
-    for at in 0..saved.len() {
-        saved[at] ^= 0x10;
-        assert!(RelaxingState::<2>::read_bytes(model, &saved).is_err(), "{at}");
-        saved[at] ^= 0x10;
-    }
-    assert_eq!(size_of::<RelaxingState>(), 240);
-
-    let slot = |kind| [EffectSlot { kind, reserved: 0, values: [0.2, 1.4, 0.0, 0.0, 0.0, 0.0] }];
-    for (kind, refused) in [(6, Some(Error::RelaxesTwice)), (2, None)] {
-        let length = data.write_file_with(&slot(kind), sections, "{}", bytes).unwrap();
-        assert_eq!(File::relaxing(&bytes[..length]).err(), refused);
-    }
-    assert!(Error::RelaxesTwice.to_string().contains("normal_relaxation"));
-    for (branch, what) in [
-        (Branch { share: -1.0, time_s: 1.0 }, Field::RelaxationShare),
-        (Branch { share: 1.0, time_s: 0.0 }, Field::RelaxationTime),
-        // Limits rise with the pressure of a fast press, up to where the force of a spring would fall.
-        (Branch { share: 20.0, time_s: 1.0 }, Field::OddStiffness),
-    ] {
-        let mut branches = [Branch { share: 0.0, time_s: 1.0 }; BRANCHES];
-        branches[1] = branch;
-        let relaxation: Relaxation = bytemuck::cast(branches);
-        let sections = Sections { relaxation: Some(&relaxation), ..sections };
-        let length = data.write_file_with(&[], sections, "{}", bytes).unwrap();
-        let Err(Error::Range { what: found, .. }) = File::relaxing(&bytes[..length]) else { panic!("{branch:?}") };
-        assert_eq!(found, what);
-    }
-    for exponent in [-0.1, 1.1] {
-        let data = Data { pressure_exponent: exponent, ..data };
-        let refused = Error::Range { what: Field::PressureExponent, index: 0, value: exponent };
-        assert_eq!(data.model().unwrap().with_relaxation(&relaxation).err(), Some(refused));
-    }
 }

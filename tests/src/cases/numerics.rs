@@ -192,8 +192,10 @@ pub fn scales(_: Effort) -> Result<Vec<Check>, Failure> {
     }
     for tolerance in [1e-6, 1e-7] {
         let tight = run(1.0, tolerance)?;
-        // Rounding, and so the processor, decides where an increment is cut, and friction depends on the increments.
-        checks.push(Check::at_most(format!("forces, tolerance {tolerance:e}"), apart(&tight, 1.0), 1e-3));
+        // Friction depends on the increments. The rounding of the processor may decide how many there are.
+        let same = tight.responses.len() == usual.responses.len();
+        let line = if same { 2e-5 } else { 1e-3 };
+        checks.push(Check::at_most(format!("forces, tolerance {tolerance:e}"), apart(&tight, 1.0), line));
     }
     Ok(checks)
 }

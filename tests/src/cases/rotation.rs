@@ -135,6 +135,7 @@ pub fn body_plane_and_path_turned_together_give_the_same_contact() {
         ("paraboloid on a cylinder", RigidBody::Cylinder { radius_mm: 3.0, axis_deg: 35.0 }),
         ("paraboloid on an edge", RigidBody::Edge { radius_mm: 2.0, axis_deg: -20.0, angle_deg: 120.0 }),
     ] {
+        // The distance from a curved body rounds more than that from a plane.
         let curved = Turned { name, body: paraboloid, rigid, tolerance: 1e-10, bound: 1e-6 };
         curved.keeps_its_contact(&[("spun", spun), ("all three", all)]);
     }

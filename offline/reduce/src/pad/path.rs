@@ -16,6 +16,7 @@ const TOLERANCE: [f64; 2] = [2e-4, 2e-5];
 const PROBE_MM: f64 = 2e-3;
 /// Longest motion of an iteration, mm.
 const LONGEST_MM: f64 = 0.2;
+
 /// Simulates `path` in steps of at most 0.02 mm, 0.4° or 5 mN; returns a row at every waypoint and at every fifth step between.
 ///
 /// * `body`: on a curved body the depth is that of the plane through its apex, from where this plane would first touch

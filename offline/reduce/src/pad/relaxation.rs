@@ -11,15 +11,17 @@ use crate::{ReduceError, Tip};
 
 /// Depth of the press that compares the forces, on a tip of the shipped finger's size, mm.
 const DEPTH_MM: f64 = 1.0;
-/// Time that lies behind the whole press, s.
+/// Time of a branch that never forgets, s: the press takes 1 s.
 const NEVER_S: f32 = 1e5;
 
 /// Branches with which the force of a finger relaxes whose tissue has the branches `tissue`.
 ///
 /// A pad and a bed relax as a whole. In the finite elements pressure, nail, bone and its joint are elastic, so that the finger's force
-/// relaxes by less than the tissue's shear stress. With the branches in the order of their times, longest first, the first k of them act
-/// on a press that is long for them and short for the others: its force over that of relaxed tissue is 1 plus the sum of the first k
-/// shares. Each such force is that of a press of tissue with one branch that never forgets.
+/// relaxes by less than the tissue's shear stress.
+///
+/// Take the branches by falling time. In a press that is quick for the first k of them and slow for the others, the first k act and the
+/// others have relaxed. Its force over that of relaxed tissue is 1 plus the first k shares of the force. The finite elements compute it with
+/// one branch that never forgets and has the first k shares of the tissue.
 ///
 /// * `problem`: the finger on a plane; its own branches do not count
 ///
