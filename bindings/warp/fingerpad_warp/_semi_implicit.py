@@ -807,6 +807,7 @@ class Coupling:
         self.worlds, self.device, nv, self._is_implicit = worlds, jacobian.device, jacobian.shape[2], is_implicit
         self.law = wp.zeros(jacobian.shape[0], dtype=Law, device=self.device)
         self._force = wp.zeros((worlds, nv), dtype=float, device=self.device)
+        self._no_damping, self._damped = wp.zeros((0, 0), dtype=float, device=self.device), None
         self._world = world = World()
         world.contacts, world.jacobian, world.law = jacobian.shape[0] // worlds, jacobian, self.law
         world.matrix = wp.zeros((worlds, nv, nv), dtype=wp.float64, device=self.device)
@@ -831,9 +832,12 @@ class Coupling:
         world, efc, flag = self._world, d.efc, mujoco.mjtDisableBit
         world.dt_s, world.force, world.mass, world.damped = dt_s, self._force, d.M, d.M
         world.rownnz, world.rowadr, world.colind = m.M_rownnz, m.M_rowadr, m.M_colind
-        world.dof_damping = wp.zeros((0, 0), dtype=float, device=self.device)
+        world.dof_damping = self._no_damping
         if self._is_implicit:
-            world.damped = wp.empty_like(d.M)
+            # Made once: a step that allocates fits in no CUDA graph.
+            if self._damped is None:
+                self._damped = wp.empty_like(d.M)
+            world.damped = self._damped
             mujoco_warp.deriv_smooth_vel(m, d, world.damped)
         elif not m.opt.disableflags & (flag.mjDSBL_EULERDAMP | flag.mjDSBL_DAMPER):
             world.dof_damping = m.dof_damping
