@@ -46,8 +46,8 @@ other half of the runs, which are left out of every fit. --design full runs the 
 --config sets the size of either. Without one, depths, slides and forces follow from the tip: its soft layer, its curvature, its
 stiffness and its friction.
 
---relaxation gives the models tissue that relaxes. All runs are of relaxed tissue; presses of quicker tissue then tell by how much
-the finger's force relaxes. The files hold the shares of the force, which the program prints.
+--relaxation gives the models tissue that relaxes. All runs are of relaxed tissue. A further press for each branch tells which share
+of the finger's force relaxes with it. The program prints these shares and writes them into the model files.
 
 The last lines are the verdict on pad and bed, for each kind of motion; reduced.html shows it with the tip and its curves. Exit
 code 4: a model is not usable in the neutral pose. Then its file is written only with --accept.")]
