@@ -222,6 +222,8 @@ static void observers(const fingerpad_model *model)
         reading.friction_y_n = noise();
         reading.slide_x_mm = (k > 300 ? 1.0f / 128.0f : 0.0f) + noise();
         reading.slide_y_mm = noise();
+        reading.stick_ratio = 1.0f - pull / 512.0f + noise();
+        reading.stick_variance = k % 128 >= 64 ? 1.0f / 256.0f : 0.0f;
         reading.dt_s = k % 97 == 96 ? 0.0f : 1.0f / 1024.0f;
         reading.normal_variance_n2 = variance;
         reading.friction_covariance_n2[0] = reading.friction_covariance_n2[1] = variance;
@@ -238,7 +240,7 @@ static void observers(const fingerpad_model *model)
         digest = turned(digest, bits(m.information));
         digest = turned(turned(turned(digest, m.known), m.surface_changed), m.status);
     }
-    expect_true(digest == 0xce4c3a13u, "an observer has the bits of the core");
+    expect_true(digest == 0xd236b49bu, "an observer has the bits of the core");
 }
 
 /* A finger pressed to 0.8 mm and slid by 2 mm in small steps. */

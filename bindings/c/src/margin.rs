@@ -30,6 +30,8 @@ pub struct fingerpad_margin_settings {
     pub curve: [f32; 5],
     /// Slide over which that error is correlated, over the slip length, 0.01 to 10.
     pub correlation: f32,
+    /// Standard deviation of the model's stick ratio at a share of the limit, 0.005 to 1, for readings with a stick ratio.
+    pub stick_error: f32,
     /// Error of friction that is gained while the normal force changes by a factor of e, share, 0 to 1.
     pub press_error: f32,
     /// Time constant of the force sensor, s, 0 to 1.
@@ -68,6 +70,10 @@ pub struct fingerpad_margin_reading {
     pub friction_covariance_n2: [f32; 3],
     /// Covariance of the measured position (not of the slide), mm^2: xx, yy, xy.
     pub slide_covariance_mm2: [f32; 3],
+    /// Share of the contact area that sticks, from the shear field of a tactile skin.
+    pub stick_ratio: f32,
+    /// Variance of its noise; 0 where it is not measured.
+    pub stick_variance: f32,
     /// Time since the last reading, s.
     pub dt_s: f32,
 }
@@ -132,6 +138,7 @@ impl From<Settings> for fingerpad_margin_settings {
             model_error: s.model_error,
             curve: s.curve,
             correlation: s.correlation,
+            stick_error: s.stick_error,
             press_error: s.press_error,
             force_lag_s: s.force_lag_s,
             play_mm: s.play_mm,
@@ -152,6 +159,7 @@ impl From<fingerpad_margin_settings> for Settings {
             model_error: s.model_error,
             curve: s.curve,
             correlation: s.correlation,
+            stick_error: s.stick_error,
             press_error: s.press_error,
             force_lag_s: s.force_lag_s,
             play_mm: s.play_mm,
@@ -173,6 +181,8 @@ impl From<&fingerpad_margin_reading> for Reading {
             normal_variance_n2: r.normal_variance_n2,
             friction_covariance_n2: r.friction_covariance_n2,
             slide_covariance_mm2: r.slide_covariance_mm2,
+            stick_ratio: r.stick_ratio,
+            stick_variance: r.stick_variance,
             dt_s: r.dt_s,
         }
     }
@@ -202,7 +212,7 @@ impl From<Margin> for fingerpad_margin {
     }
 }
 
-/// Surfaces within a factor of 1.8, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band of
+/// Surfaces within a factor of 2, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band of
 /// 95 %, 50 ms ahead.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_margin_settings_default(settings: *mut fingerpad_margin_settings) -> i32 {

@@ -61,7 +61,7 @@ impl MarginObserver {
         Ok(Self { core: Mutex::new(core), _data: data })
     }
 
-    #[pyo3(signature = (normal_force_n, friction_x_n, friction_y_n, slide_x_mm, slide_y_mm, *, dt_s=1e-3, normal_variance_n2=25e-6, friction_covariance_n2=(25e-6, 25e-6, 0.0), slide_covariance_mm2=(25e-6, 25e-6, 0.0)))]
+    #[pyo3(signature = (normal_force_n, friction_x_n, friction_y_n, slide_x_mm, slide_y_mm, *, dt_s=1e-3, normal_variance_n2=25e-6, friction_covariance_n2=(25e-6, 25e-6, 0.0), slide_covariance_mm2=(25e-6, 25e-6, 0.0), stick_ratio=0.0, stick_variance=0.0))]
     #[allow(clippy::too_many_arguments)]
     fn step(
         &self,
@@ -74,6 +74,8 @@ impl MarginObserver {
         normal_variance_n2: f32,
         friction_covariance_n2: (f32, f32, f32),
         slide_covariance_mm2: (f32, f32, f32),
+        stick_ratio: f32,
+        stick_variance: f32,
     ) -> Margin {
         let m = self.core.lock().unwrap_or_else(PoisonError::into_inner).step(Reading {
             normal_force_n,
@@ -82,6 +84,8 @@ impl MarginObserver {
             normal_variance_n2,
             friction_covariance_n2: friction_covariance_n2.into(),
             slide_covariance_mm2: slide_covariance_mm2.into(),
+            stick_ratio,
+            stick_variance,
             dt_s,
         });
         Margin {

@@ -9,7 +9,7 @@ import pytest
 import fingerpad
 from fingerpad import InputError, MarginObserver, Model, Status
 
-DIGEST = 0xCE4C3A13
+DIGEST = 0xD236B49B
 KNOWN = ["no_contact", "prior", "part", "strength"]
 
 
@@ -40,6 +40,8 @@ def test_the_bits_are_those_of_the_core() -> None:
             normal_variance_n2=variance,
             friction_covariance_n2=(variance, variance, 0),
             slide_covariance_mm2=(variance, variance, 0),
+            stick_ratio=single(1 - max(k - 300, 0) / 512 + noise()),
+            stick_variance=2**-8 if k % 128 >= 64 else 0,
         )
         if k % 97 == 96:
             assert Status(m.status) == Status.BAD_TIME_STEP

@@ -23,6 +23,10 @@ pub struct Reading {
     pub friction_covariance_n2: [f32; 3],
     /// Covariance of the noise of the measured position (not of the increment), mm²: xx, yy, xy.
     pub slide_covariance_mm2: [f32; 3],
+    /// Share of the contact area that sticks, from the shear field of a tactile skin.
+    pub stick_ratio: f32,
+    /// Variance of its noise; 0 where it is not measured.
+    pub stick_variance: f32,
     /// Time since the last reading, s.
     pub dt_s: f32,
 }
@@ -34,18 +38,20 @@ fn largest_variance([xx, yy, xy]: [f32; 3]) -> Option<f32> {
     (xx > 0.0 && yy > 0.0 && xx * yy > xy * xy && largest <= VARIANCE_MAX).then_some(largest)
 }
 
-/// Largest variance, of any unit, and largest force, N, and increment, mm, that count as a reading.
+/// Largest variance, of any unit, and largest force, N, increment, mm, and stick ratio, that count as a reading.
 const VARIANCE_MAX: f32 = 1e6;
 const FORCE_MAX: f32 = 1e4;
 const INCREMENT_MAX: f32 = 64.0;
+const STICK_MAX: f32 = 10.0;
 /// Longest time between two readings, s.
 const DT_MAX: f32 = 1.0;
 
-/// Variances of a sound reading: normal force, friction, position.
+/// Variances of a sound reading: normal force, friction, position, stick ratio (0 where it is not measured).
 pub(super) struct Variances {
     pub(super) normal: f32,
     pub(super) friction: f32,
     pub(super) slide: f32,
+    pub(super) stick: f32,
 }
 
 impl Reading {
@@ -58,7 +64,9 @@ impl Reading {
             && within(x, FORCE_MAX)
             && within(y, FORCE_MAX)
             && within(by_x, INCREMENT_MAX)
-            && within(by_y, INCREMENT_MAX);
+            && within(by_y, INCREMENT_MAX)
+            && (self.stick_variance == 0.0 || within(self.stick_ratio, STICK_MAX))
+            && (0.0..=VARIANCE_MAX).contains(&self.stick_variance);
         let mut status = if numbers { Status::OK } else { Status::BAD_INPUT };
         if !(self.dt_s > 1e-7 && self.dt_s <= DT_MAX) {
             status = status.with(Status::BAD_TIME_STEP);
@@ -66,7 +74,9 @@ impl Reading {
         let normal = self.normal_variance_n2;
         let sound = normal > 0.0 && normal <= VARIANCE_MAX;
         match (largest_variance(self.friction_covariance_n2), largest_variance(self.slide_covariance_mm2)) {
-            (Some(friction), Some(slide)) if sound && status == Status::OK => Ok(Variances { normal, friction, slide }),
+            (Some(friction), Some(slide)) if sound && status == Status::OK => {
+                Ok(Variances { normal, friction, slide, stick: self.stick_variance })
+            }
             (Some(_), Some(_)) if sound => Err(status),
             _ => Err(status.with(Status::BAD_INPUT)),
         }
@@ -88,6 +98,8 @@ pub struct Settings {
     pub curve: [f32; 5],
     /// Slide over which that error is correlated, over the slip length (limit over stiffness), 0.01 to 10.
     pub correlation: f32,
+    /// Standard deviation of the model's stick ratio at a share of the limit, 0.005 to 1, for readings with a stick ratio.
+    pub stick_error: f32,
     /// Standard deviation of the error that the model's friction gains while the normal force changes by a factor of e, share of
     /// friction, 0 to 1.
     pub press_error: f32,
@@ -117,6 +129,7 @@ impl Default for Settings {
             model_error: 0.018,
             curve: [-0.02, 0.013, 0.018, 0.015, 0.02],
             correlation: 0.25,
+            stick_error: 0.06,
             press_error: 0.1,
             force_lag_s: 0.0,
             play_mm: 0.0,
@@ -129,37 +142,38 @@ impl Default for Settings {
     }
 }
 
+/// A value of five, from 0 to all of the limit, at a share of it.
+pub(super) fn along(five: &[f32; 5], used: f32) -> f32 {
+    let place = 4.0 * used.not_negative().at_most(1.0);
+    let cell = (place as u32).min(3) as usize;
+    let [a, b] = [five[cell], five[cell + 1]];
+    a + (b - a) * (place - cell as f32)
+}
+
 impl Settings {
     /// Factor that corrects the model's friction at a share of its limit.
     pub(super) fn curve_at(&self, used: f32) -> f32 {
-        let place = 4.0 * used.not_negative().at_most(1.0);
-        let cell = (place as u32).min(3) as usize;
-        let [a, b] = [self.curve[cell], self.curve[cell + 1]];
-        1.0 + a + (b - a) * (place - cell as f32)
+        1.0 + along(&self.curve, used)
     }
 
     /// # Errors
     /// [`Error::Range`] with the first value out of its range.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let ranges = [
-            (self.strength, 0.05, 1.0),
-            (self.stiffness, 0.01, 0.3),
-            (self.model_error, 1e-3, 0.5),
-            (self.curve[0], -0.2, 0.2),
-            (self.curve[1], -0.2, 0.2),
-            (self.curve[2], -0.2, 0.2),
-            (self.curve[3], -0.2, 0.2),
-            (self.curve[4], -0.2, 0.2),
-            (self.correlation, 0.01, 10.0),
-            (self.press_error, 0.0, 1.0),
-            (self.force_lag_s, 0.0, 1.0),
-            (self.play_mm, 0.0, 10.0),
-            (self.drift, 0.0, 0.5),
-            (self.tare_n, 0.0, 10.0),
-            (self.tare_drift_n, 0.0, 10.0),
-            (self.confidence, 0.5, 0.999),
-            (self.ahead_s, 0.0, 10.0),
-        ];
+        let ranges = [(self.strength, 0.05, 1.0), (self.stiffness, 0.01, 0.3), (self.model_error, 1e-3, 0.5)]
+            .into_iter()
+            .chain(self.curve.map(|error| (error, -0.2, 0.2)))
+            .chain([
+                (self.correlation, 0.01, 10.0),
+                (self.stick_error, 5e-3, 1.0),
+                (self.press_error, 0.0, 1.0),
+                (self.force_lag_s, 0.0, 1.0),
+                (self.play_mm, 0.0, 10.0),
+                (self.drift, 0.0, 0.5),
+                (self.tare_n, 0.0, 10.0),
+                (self.tare_drift_n, 0.0, 10.0),
+                (self.confidence, 0.5, 0.999),
+                (self.ahead_s, 0.0, 10.0),
+            ]);
         for (index, (value, least, most)) in (0u16..).zip(ranges) {
             if !(value >= least && value <= most) {
                 return Err(Error::Range { what: Field::Observer, index, value });

@@ -10,13 +10,18 @@
 //! those of the twin of strength `f/s`. The twins differ by that ratio; the stiffness factor under each is a normal distribution in
 //! closed form. What model, zero and drift of the sensors have in common, an error that changes slowly along the slide, is one state of
 //! a Kalman filter whose gain is the same for all twins.
+//!
+//! The share of the contact that sticks, which a tactile skin can measure, tells how much of the limit is used, whatever finger and
+//! surface are. Only its present value counts.
 
 mod input;
 mod posterior;
+mod stick;
 
 use input::Variances;
 pub use input::{Reading, Settings};
 use posterior::{Evidence, Normal, Posterior};
+use stick::{Curves, Stick};
 
 use crate::math::{Elementary, Scalar, sqrt};
 use crate::step::share_of_limit;
@@ -59,6 +64,8 @@ const SURPRISE: f32 = 25.0;
 const SURPRISE_ALONE: f32 = 64.0;
 /// Error of the model over friction where little of the limit is used, over that over the limit in full slip.
 const STEEP: f32 = 3.0;
+/// Slope of the stick ratio over the share of the limit that is used.
+const STICK_SLOPE: f32 = 1.2;
 /// Least variance of a force that counts, N².
 const LEAST_N2: f32 = 1e-10;
 
@@ -130,6 +137,8 @@ struct Gathered {
     /// Sum of the positions since the last block.
     position_mm: [f32; 2],
     variances: [f32; 3],
+    /// Number of readings with a stick ratio, their sum and that of their variances.
+    stick: [f32; 3],
 }
 
 /// Filtered forces and their rates.
@@ -166,6 +175,9 @@ pub struct MarginObserver<'a, const M: usize, const N: usize> {
     twins: [Twin<M>; TWINS],
     evidence: [Evidence; TWINS],
     posterior: Posterior,
+    /// The stick ratio that is expected, and that of the last block, if it was measured.
+    sticks: Curves,
+    stick: Option<Stick>,
     /// Prior of the stiffness factor, which earlier contacts improve.
     stiffness: Normal,
     /// The common error: its part of the measured friction, N, and its variance, N².
@@ -212,7 +224,9 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             settings,
             twins: [twin; TWINS],
             evidence,
-            posterior: Posterior::new(&evidence, stiffness, settings.strength),
+            posterior: Posterior::new(&evidence, stiffness, settings.strength, None),
+            sticks: Curves::of(model),
+            stick: None,
             stiffness,
             error_n: [0.0; 2],
             error_n2: 0.0,
@@ -247,7 +261,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         }
         (self.touches, self.in_range) = (false, true);
         (self.of_shear_n, self.depth_mm, self.normal_n, self.peak_n) = (0.0, 0.0, 0.0, 0.0);
-        self.gathered = Gathered::default();
+        (self.gathered, self.stick) = (Gathered::default(), None);
         (self.here_mm, self.delayed_mm, self.ahead) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         self.reopen(self.settings.tare_n * self.settings.tare_n);
     }
@@ -271,7 +285,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
 
     /// Updates the distribution of the strength and its band.
     fn judge(&mut self) {
-        self.posterior = Posterior::new(&self.evidence, self.stiffness, self.settings.strength);
+        self.posterior = Posterior::new(&self.evidence, self.stiffness, self.settings.strength, self.stick.as_ref());
         let rest = 0.5 * (1.0 - self.settings.confidence);
         self.band = [self.posterior.quantile(rest), self.posterior.quantile(1.0 - rest)];
     }
@@ -309,6 +323,9 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         for evidence in &mut self.evidence {
             evidence.add(kept, 0.0, 0.0);
         }
+        if let Some(stick) = &mut self.stick {
+            stick.per_variance *= kept;
+        }
     }
 
     fn take(&mut self, reading: &Reading, variances: &Variances) -> Margin {
@@ -339,7 +356,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             *here += by;
             *delayed += share * (*here - *delayed);
         }
-        self.gathered.add(now, self.delayed_mm, variances, dt_s);
+        self.gathered.add(now, self.delayed_mm, reading.stick_ratio, variances, dt_s);
         let surface_changed = self.block_is_full() && self.follow_block();
         let status = if self.in_range { Status::OK } else { Status::DEPTH_ABOVE_RANGE };
         Margin { surface_changed, ..self.margin(status) }
@@ -442,6 +459,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             let by = if in_range { per_total } else { 0.0 };
             evidence.add(remembered, (measured[0] * x + measured[1] * y) * by, (x * x + y * y) * by);
         }
+        self.stick = self.measured_stick(&g, friction_n2);
         let changed = surprise > SURPRISE_ALONE || surprise > SURPRISE && self.surprised;
         self.surprised = surprise > SURPRISE;
         let [low, high] = self.band;
@@ -455,6 +473,24 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             self.band = [self.band[0].at_most(low), self.band[1].max(high)];
         }
         changed
+    }
+
+    /// The mean stick ratio of a block. Noise and zero of friction, of which the variance is `friction_n2`, count as its errors.
+    fn measured_stick(&self, block: &Gathered, friction_n2: f32) -> Option<Stick> {
+        let [number, sum, variances] = block.stick;
+        if number == 0.0 || !self.in_range {
+            return None;
+        }
+        let Settings { stick_error, tare_n, .. } = self.settings;
+        let limit_n = (self.model.limit_at(self.depth_mm) * Elementary::exp(self.posterior.logarithm.mean)).max(1e-4);
+        let of_force = STICK_SLOPE * STICK_SLOPE * (friction_n2 + tare_n * tare_n) / (limit_n * limit_n);
+        let variance = variances / (number * number) + stick_error * stick_error + of_force;
+        Some(Stick {
+            ratio: sum / number,
+            per_variance: 1.0 / variance,
+            used: self.used(self.load.now),
+            curve: self.sticks.at(self.depth_mm / self.model.depth_max_mm()),
+        })
     }
 
     /// Friction over that of full slip at a strength factor of 1.
@@ -505,7 +541,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
 }
 
 impl Gathered {
-    fn add(&mut self, [normal, x, y]: [f32; 3], position_mm: [f32; 2], variances: &Variances, dt_s: f32) {
+    fn add(&mut self, [normal, x, y]: [f32; 3], position_mm: [f32; 2], stick: f32, variances: &Variances, dt_s: f32) {
         self.number += 1.0;
         self.time_s += dt_s;
         self.normal_n += normal;
@@ -513,6 +549,10 @@ impl Gathered {
         self.position_mm = [self.position_mm[0] + position_mm[0], self.position_mm[1] + position_mm[1]];
         for (sum, variance) in self.variances.iter_mut().zip([variances.normal, variances.friction, variances.slide]) {
             *sum += variance;
+        }
+        if variances.stick > 0.0 {
+            let [number, sum, variance] = self.stick;
+            self.stick = [number + 1.0, sum + stick, variance + variances.stick];
         }
     }
 

@@ -1,7 +1,8 @@
 //! What is known of strength and stiffness: a weight for each twin, and a normal distribution of the stiffness factor under it.
 //!
-//! Main types: [`Evidence`], [`Posterior`]. Uses math.
+//! Main types: [`Evidence`], [`Posterior`]. Uses stick and math.
 
+use super::stick::Stick;
 use super::{RATIO_STEP, TWINS, ratios};
 use crate::math::{Elementary, Scalar, sqrt};
 
@@ -56,7 +57,8 @@ const HALVINGS: u32 = 7;
 impl Posterior {
     /// * `stiffness`: prior of the stiffness factor
     /// * `spread`: standard deviation of the logarithm of the ratio of strength and stiffness
-    pub(super) fn new(evidence: &[Evidence; TWINS], stiffness: Normal, spread: f32) -> Self {
+    /// * `stick`: the present stick ratio, if it is measured
+    pub(super) fn new(evidence: &[Evidence; TWINS], stiffness: Normal, spread: f32, stick: Option<&Stick>) -> Self {
         let certainty = 1.0 / stiffness.variance;
         let mut this = Self {
             weight: [0.0; TWINS],
@@ -67,9 +69,8 @@ impl Posterior {
             best: TWINS / 2,
         };
         let mut factors = [Normal { mean: 1.0, variance: 0.0 }; TWINS];
-        let mut most = f32::MIN;
         let cells = this.weight.iter_mut().zip(&mut factors).zip(evidence).zip(ratios());
-        for (k, (((weight, factor), evidence), (logarithm, _))) in cells.enumerate() {
+        for (((weight, factor), evidence), (logarithm, _)) in cells {
             let precision = certainty + evidence.square;
             let pull = certainty * stiffness.mean + evidence.cross;
             let mean = pull / precision;
@@ -78,6 +79,14 @@ impl Posterior {
             let unlikely = logarithm / spread;
             *weight = gained - 0.5 * Elementary::ln(precision * stiffness.variance) - 0.5 * unlikely * unlikely;
             *factor = Normal { mean: mean.clamp(0.3, 3.0), variance: 1.0 / precision };
+        }
+        if let Some(stick) = stick {
+            for ((weight, factor), (_, ratio)) in this.weight.iter_mut().zip(&factors).zip(ratios()) {
+                *weight += stick.likelihood(ratio * factor.mean);
+            }
+        }
+        let mut most = f32::MIN;
+        for (k, weight) in this.weight.iter().enumerate() {
             if *weight > most {
                 (most, this.best) = (*weight, k);
             }

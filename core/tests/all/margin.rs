@@ -7,7 +7,7 @@ use fingerpad::{Drive, Error, Model, Normal, State, Status, Tangential, Tuning};
 use proptest::prelude::*;
 
 /// Of [`the_bits_of_a_story`].
-const DIGEST: u32 = 0xce4c_3a13;
+const DIGEST: u32 = 0xd236_b49b;
 
 type Observer<'a> = MarginObserver<'a, 4, 37>;
 
@@ -18,6 +18,8 @@ const AIR: Reading = Reading {
     normal_variance_n2: 25e-6,
     friction_covariance_n2: [25e-6, 25e-6, 0.0],
     slide_covariance_mm2: [25e-6, 25e-6, 0.0],
+    stick_ratio: 0.0,
+    stick_variance: 0.0,
     dt_s: 1e-3,
 };
 
@@ -34,6 +36,8 @@ struct Rig<'a> {
     place: [f32; 2],
     /// True margin after the last reading.
     margin: f32,
+    /// Standard deviation of the measured stick ratio; 0: not measured.
+    stick_noise: f32,
 }
 
 impl<'a> Rig<'a> {
@@ -41,7 +45,7 @@ impl<'a> Rig<'a> {
         let finger = model.tuned(Tuning { stiffness, ..Tuning::default() }).unwrap();
         let mut state = State::default();
         state.set_strength_factor(strength);
-        Self { finger, state, noise: Noise(5), before: [0.0; 2], place: [0.0; 2], margin: 1.0 }
+        Self { finger, state, noise: Noise(5), before: [0.0; 2], place: [0.0; 2], margin: 1.0, stick_noise: 0.0 }
     }
 
     fn read(&mut self, normal_n: f32, by: [f32; 2]) -> Reading {
@@ -63,6 +67,8 @@ impl<'a> Rig<'a> {
             normal_force_n: r.normal_force_n + noise(5e-3),
             friction_n: r.friction_n.map(|f| f + noise(5e-3)),
             slide_increment_mm: increment,
+            stick_ratio: r.stick_ratio + noise(self.stick_noise),
+            stick_variance: self.stick_noise * self.stick_noise,
             ..AIR
         }
     }
@@ -103,6 +109,42 @@ fn the_strength_of_a_surface_is_found_before_it_slips() {
         assert!(late.information > 0.5 && late.margin_high < 0.5, "{strength}: {late:?}");
         let slipping = rig.slide(&mut observer, 0.0);
         assert!(slipping.margin_low == 0.0 && slipping.slip_chance > 0.1, "{strength}: {slipping:?}");
+    }
+}
+
+#[test]
+fn the_share_that_sticks_tells_the_strength_early() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    for (stiffness, strength) in [(1.0, 0.5), (0.87, 0.7), (1.15, 1.0), (1.0, 1.5), (0.9, 2.0)] {
+        let [blind, seeing] = [0.0, 0.05].map(|stick_noise| {
+            let (mut rig, mut observer) = (Rig::new(&model, stiffness, strength), observer(&model));
+            rig.stick_noise = stick_noise;
+            let early = rig.pull(&mut observer, 0.4);
+            assert!((rig.margin - early.slip_margin).abs() < 0.2 || stick_noise == 0.0, "{strength}: {early:?}");
+            early
+        });
+        let width = |m: &Margin| (m.strength_high / m.strength_low).ln();
+        assert!(width(&seeing) < 0.85 * width(&blind), "{strength}: {blind:?} {seeing:?}");
+        assert!(seeing.strength_low < strength && strength < seeing.strength_high, "{strength}: {seeing:?}");
+        assert!((seeing.strength_factor / strength).ln().abs() < 0.25, "{strength}: {seeing:?}");
+    }
+}
+
+#[test]
+fn a_skin_that_always_says_stick_does_not_hide_slip() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    for strength in [0.5, 1.0, 2.0] {
+        let (mut rig, mut observer) = (Rig::new(&model, 1.0, strength), observer(&model));
+        for k in 0..300 {
+            observer.step(rig.read(0.8 * (k as f32 / 300.0), [0.0; 2]));
+        }
+        let mut last = Margin::default();
+        for _ in 0..3000 {
+            last = observer.step(Reading { stick_ratio: 1.0, stick_variance: 1e-4, ..rig.read(0.8, [4e-3, -2e-3]) });
+        }
+        assert!(rig.margin == 0.0 && last.margin_low < 0.05, "{strength}: {last:?}");
     }
 }
 
@@ -167,6 +209,8 @@ fn unsound_readings_are_flagged_and_widen_the_bounds() {
         (Status::BAD_INPUT, Reading { normal_force_n: f32::NAN, ..sound }),
         (Status::BAD_INPUT, Reading { friction_n: [infinite, 0.0], ..sound }),
         (Status::BAD_INPUT, Reading { slide_increment_mm: [0.0, 1e9], ..sound }),
+        (Status::BAD_INPUT, Reading { stick_variance: -1.0, ..sound }),
+        (Status::BAD_INPUT, Reading { stick_ratio: f32::NAN, stick_variance: 0.01, ..sound }),
         (Status::BAD_TIME_STEP, Reading { dt_s: 0.0, ..sound }),
         (Status::BAD_TIME_STEP, Reading { dt_s: -1e-3, ..sound }),
         (Status::BAD_TIME_STEP, Reading { dt_s: f32::NAN, ..sound }),
@@ -204,6 +248,7 @@ fn settings_out_of_range_are_refused() {
     for settings in [
         Settings { strength: 0.0, ..Settings::default() },
         Settings { stiffness: f32::NAN, ..Settings::default() },
+        Settings { stick_error: 0.0, ..Settings::default() },
         Settings { confidence: 1.0, ..Settings::default() },
         Settings { ahead_s: -1.0, ..Settings::default() },
     ] {
@@ -232,6 +277,8 @@ fn the_bits_of_a_story() {
             normal_variance_n2: 1.0 / 32768.0,
             friction_covariance_n2: [1.0 / 32768.0, 1.0 / 32768.0, 0.0],
             slide_covariance_mm2: [1.0 / 32768.0, 1.0 / 32768.0, 0.0],
+            stick_ratio: 1.0 - pull / 512.0 + noise(),
+            stick_variance: if k % 128 >= 64 { 1.0 / 256.0 } else { 0.0 },
         };
         let m = observer.step(reading);
         let bits = [
@@ -254,7 +301,7 @@ fn the_bits_of_a_story() {
 
 proptest! {
     #[test]
-    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform13(any::<u32>()), 1..60), tame in any::<u64>()) {
+    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform15(any::<u32>()), 1..60), tame in any::<u64>()) {
         let data = shipped();
         let model = data.model().unwrap();
         let mut observer = observer(&model);
@@ -269,6 +316,8 @@ proptest! {
                 friction_covariance_n2: [of(6, 1e-5), of(7, 1e-5), of(8, 0.0)],
                 slide_covariance_mm2: [of(9, 1e-5), of(10, 1e-5), of(11, 0.0)],
                 dt_s: of(12, 0.01),
+                stick_ratio: of(13, 0.8),
+                stick_variance: of(14, 0.01),
             });
             prop_assert!(0.0 < m.strength_low && m.strength_low <= m.strength_factor, "{m:?}");
             prop_assert!(m.strength_factor <= m.strength_high && m.strength_high <= 10.0, "{m:?}");

@@ -3,10 +3,11 @@
 use crate::common::{shipped, shipped_pad};
 use crate::relaxation::{P, POSE_DEG, disturbed, press, slow_bed, sum};
 use fingerpad::build::{Data, EffectSlot, Sections};
+use fingerpad::effects::Effects;
 use fingerpad::pad::{Edge, PadFile, PadState, Plane, RelaxingPadState, relaxing_pad_state_bytes};
 use fingerpad::{
-    BRANCHES, Branch, Error, Field, File, Model, Relaxation, RelaxingState, Response, SPRINGS, State, StateOf, Status,
-    relaxing_state_bytes,
+    BRANCHES, Branch, Contact, Error, Field, File, Model, Relaxation, RelaxingState, Response, SPRINGS, State, StateOf,
+    Status, Tuning, relaxing_state_bytes,
 };
 
 /// A press to 1 mm, then time steps that are none, then one of 50 ms.
@@ -165,5 +166,31 @@ fn a_file_and_a_saved_state_of_a_bed_keep_branches_and_memory() {
         let data = Data { pressure_exponent: exponent, ..data };
         let refused = Error::Range { what: Field::PressureExponent, index: 0, value: exponent };
         assert_eq!(data.model().unwrap().with_relaxation(&relaxation).err(), Some(refused));
+    }
+}
+
+/// The law that a diagnosis finds is a branch whose clock starts at the touch: pressed in no time and held, both are one.
+#[test]
+fn the_effect_of_relaxation_is_a_branch_for_a_press_in_no_time() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    let (fraction, tau_s) = (0.2f32, 1.4);
+    let slot = EffectSlot { kind: 6, reserved: 0, values: [fraction, tau_s, 0.0, 0.0, 0.0, 0.0] };
+    let slots = [slot];
+    let effects = Effects::new(&slots).unwrap();
+    let relaxation = Relaxation::new(&[Branch { share: fraction / (1.0 - fraction), time_s: tau_s }]).unwrap();
+    let soft = model.tuned(Tuning { stiffness: 1.0 - fraction, ..Default::default() }).unwrap();
+    let soft = soft.with_relaxation(&relaxation).unwrap();
+    for depth_mm in [0.4f32, 1.5] {
+        let (mut contact, mut state) = (Contact::<SPRINGS>::default(), RelaxingState::<1>::relaxing());
+        for dt_s in [1e-6f32, 0.01, 0.3, 1.0, 20.0] {
+            let motion = press(depth_mm, dt_s);
+            let law = effects.step(&model, &mut contact, Default::default(), motion);
+            let branch = soft.step(&mut state, motion);
+            for (a, b) in [(law.normal_force_n, branch.normal_force_n), (law.friction_limit_n, branch.friction_limit_n)]
+            {
+                assert!((a / b - 1.0).abs() < 1e-4, "{depth_mm} mm, {dt_s} s: {a} {b}");
+            }
+        }
     }
 }

@@ -117,6 +117,8 @@ fn observe(model: &Model<'_>, f: [f32; 4]) -> Option<Margin> {
         normal_variance_n2: f[3],
         friction_covariance_n2: [f[3], f[3], f[2]],
         slide_covariance_mm2: [f[3], f[3], f[2]],
+        stick_ratio: f[1],
+        stick_variance: f[3],
         dt_s: f[3],
     };
     observer.step(black_box(reading));

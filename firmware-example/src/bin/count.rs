@@ -257,6 +257,7 @@ struct MarginBench<'a> {
     observer: MarginObserver<'a, SPRINGS, NODES>,
     answer: Margin,
     dt_s: f32,
+    stick_variance: f32,
 }
 
 extern "C" fn observed(b: &mut MarginBench<'_>, s: &[f32; 4]) {
@@ -267,6 +268,8 @@ extern "C" fn observed(b: &mut MarginBench<'_>, s: &[f32; 4]) {
         normal_variance_n2: 25e-6,
         friction_covariance_n2: [25e-6, 25e-6, 0.0],
         slide_covariance_mm2: [25e-6, 25e-6, 0.0],
+        stick_ratio: 0.8,
+        stick_variance: b.stick_variance,
         dt_s: b.dt_s,
     });
 }
@@ -274,9 +277,14 @@ extern "C" fn observed(b: &mut MarginBench<'_>, s: &[f32; 4]) {
 /// Readings at 1 kHz, mostly without the end of a block, and readings that all end one.
 fn margin(samples: &[[f32; 4]]) -> Result<(), Error> {
     let observer = MarginObserver::new(&fingerpad_firmware::model()?, MarginSettings::default())?;
-    let mut bench = MarginBench { observer, answer: Margin::default(), dt_s: 0.2 };
-    print("margin observer, a block in each reading", count(observed, &mut bench, samples));
-    black_box(&bench.answer);
+    for (what, stick_variance) in [
+        ("margin observer, a block in each reading", 0.0),
+        ("margin observer, also the stick ratio", 0.01),
+    ] {
+        let mut bench = MarginBench { observer: observer.clone(), answer: Margin::default(), dt_s: 0.2, stick_variance };
+        print(what, count(observed, &mut bench, samples));
+        black_box(&bench.answer);
+    }
     Ok(())
 }
 

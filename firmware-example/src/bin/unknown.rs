@@ -75,6 +75,7 @@ fn hold(model: &Model<'_>, strength: f32) -> Result<Outcome, Error> {
             friction_covariance_n2: [NOISE_N * NOISE_N, NOISE_N * NOISE_N, 0.0],
             slide_covariance_mm2: [NOISE_MM * NOISE_MM, NOISE_MM * NOISE_MM, 0.0],
             dt_s: DT_S,
+            ..Reading::default()
         };
         seen = now;
         let mut answer = Default::default();

@@ -55,7 +55,8 @@ its report. A model with a law of your own (docs/laws-of-your-own.md) reads its 
 too, a value a row, linear between rows; --column voltage_v=120 sets a constant value along the whole path.
 
 --observe takes a recorded log with the columns t_s, normal_force_n, friction_x_n, friction_y_n, slide_x_mm and
-slide_y_mm (forces on the finger, slide of the surface against the finger's base), and writes for every row what
+slide_y_mm (forces on the finger, slide of the surface against the finger's base) and, if there is a tactile skin,
+stick_ratio (share of the contact area that sticks, with the noise --stick-noise). It writes for every row what
 is known of the surface: strength factor and slip margin with their 95 % bands, the chance of full slip within 50 ms, and
 whether this is more than the prior (docs/unknown-friction.md).
 

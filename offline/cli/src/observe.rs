@@ -22,6 +22,9 @@ pub struct ObserveArgs {
     /// Standard deviation of the noise of the log's slide, mm
     #[arg(long, value_name = "MM", default_value_t = 0.005, requires = "observe")]
     slide_noise_mm: f32,
+    /// Standard deviation of the noise of the log's column stick_ratio, if it has one
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, requires = "observe")]
+    stick_noise: f32,
     /// Time constant of the force sensor, s
     #[arg(long, value_name = "S", default_value_t = 0.0, requires = "observe")]
     force_lag_s: f32,
@@ -30,16 +33,20 @@ pub struct ObserveArgs {
 /// First line of the answers.
 pub const HEADER: &str = "t_s,strength_factor,strength_low,strength_high,slip_margin,margin_low,margin_high,slip_chance,\
                           stiffness_factor,information,known,surface_changed,status";
-const COLUMNS: [&str; 6] = ["t_s", "normal_force_n", "friction_x_n", "friction_y_n", "slide_x_mm", "slide_y_mm"];
+const COLUMNS: [&str; 7] =
+    ["t_s", "normal_force_n", "friction_x_n", "friction_y_n", "slide_x_mm", "slide_y_mm", "stick_ratio"];
 
 /// Replays the log `path` through the observer and writes its answers to `out`.
 pub fn run(args: &ObserveArgs, path: &Path, file: &ModelFile, outputs: Outputs, out: &Path) -> Result<(), Failure> {
+    if !(args.stick_noise > 0.0) {
+        return Err(Failure::Input(anyhow!("--stick-noise {}: not above 0", args.stick_noise)));
+    }
     let rows = during("reading", |_| read(outputs::input(path)))?;
     outputs.prepare()?;
     let settings = Settings { force_lag_s: args.force_lag_s, ..Settings::default() };
     let mut observer = MarginObserver::<4, 37>::new(&file.file().model, settings)
         .map_err(|e| Failure::Input(anyhow!("--force-lag-s {}: {e}", args.force_lag_s)))?;
-    let [force, slide] = [args.force_noise_n, args.slide_noise_mm].map(|sd| sd * sd);
+    let [force, slide, stick] = [args.force_noise_n, args.slide_noise_mm, args.stick_noise].map(|sd| sd * sd);
     let mut before = rows[0];
     let mut dt_s = (rows[1][0] - rows[0][0]) as f32;
     let mut lines = Vec::new();
@@ -55,6 +62,8 @@ pub fn run(args: &ObserveArgs, path: &Path, file: &ModelFile, outputs: Outputs, 
             normal_variance_n2: force,
             friction_covariance_n2: [force, force, 0.0],
             slide_covariance_mm2: [slide, slide, 0.0],
+            stick_ratio: row[6] as f32,
+            stick_variance: if row[6].is_nan() { 0.0 } else { stick },
             dt_s,
         });
         left_out += usize::from(margin.status != fingerpad::Status::OK);
@@ -74,20 +83,21 @@ pub fn run(args: &ObserveArgs, path: &Path, file: &ModelFile, outputs: Outputs, 
     Ok(())
 }
 
-/// The rows of the log: time, normal force, friction along x and y, slide along x and y.
-fn read(path: &Path) -> Result<Vec<[f64; 6]>, Failure> {
+/// The rows of the log: time, normal force, friction along x and y, slide along x and y, stick ratio (NaN without its column).
+fn read(path: &Path) -> Result<Vec<[f64; COLUMNS.len()]>, Failure> {
     let columns = Columns::read(path, &COLUMNS)?;
     columns.need_rows(2)?;
-    let places = COLUMNS.map(|name| columns.need(name));
-    let mut indices = [0; COLUMNS.len()];
-    for (index, place) in indices.iter_mut().zip(places) {
-        *index = place?;
+    let mut places = [None; COLUMNS.len()];
+    for (place, name) in places.iter_mut().zip(COLUMNS) {
+        *place = if name == "stick_ratio" { columns.find(name) } else { Some(columns.need(name)?) };
     }
     let mut rows = Vec::with_capacity(columns.rows.len());
     for row in &columns.rows {
-        let mut numbers = [0.0; COLUMNS.len()];
-        for (number, index) in numbers.iter_mut().zip(indices) {
-            *number = columns.number(row, index)?;
+        let mut numbers = [f64::NAN; COLUMNS.len()];
+        for (number, place) in numbers.iter_mut().zip(places) {
+            if let Some(place) = place {
+                *number = columns.number(row, place)?;
+            }
         }
         rows.push(numbers);
     }

@@ -146,7 +146,7 @@ macro_rules! for_each_case {
                 gate without_branches_and_after_a_long_time_the_finger_is_as_ever,
                 gate a_finger_pressed_and_held_relaxes_as_its_tissue,
                 gate a_closed_path_of_the_plane_takes_work_at_any_pace,
-                nightly the_pad_follows_the_finite_elements_in_time,
+                nightly the_reduced_models_follow_the_finite_elements_in_time,
             }
             retuned "shipped reduced model" {
                 full retuned "retuned, against fresh fingers of other size, stiffness, lambda: mesh of its runs",

@@ -1,15 +1,15 @@
 //! Tissue that relaxes, in the finite elements: closed forms at a point, derivatives, work, press and hold.
 
-use fingerpad::host::PadModelFile;
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::{Branch, Relaxation, pad};
 use fingerpad_fe::assembly::{Body, Configuration, TissueMemory};
 use fingerpad_fe::experiment::Config;
-use fingerpad_fe::load_path::{BoneKind, Drive, Finger, Path, Problem, Tissue, Trajectory, Waypoint};
+use fingerpad_fe::load_path::{BoneKind, Drive, Finger, Path, Problem, Response, Tissue, Trajectory, Waypoint};
 use fingerpad_fe::material::relaxation::text;
 use fingerpad_fe::material::{Material, Ogden};
 use fingerpad_fe::mesh::{FingertipShape, MeshPreset, fingertip};
-use fingerpad_reduce::Tip;
 use fingerpad_reduce::pad::{branches_of_force, simulate_path_on_pad};
+use fingerpad_reduce::{Tip, simulate_path};
 use nalgebra::{Matrix3, Vector3};
 
 use super::energy::error as energy_error;
@@ -309,26 +309,30 @@ pub fn a_closed_path_of_the_plane_takes_work_at_any_pace() {
     }
 }
 
-/// The shipped pad.
+/// The shipped models.
 const PAD: &[u8] = include_bytes!("../../../data/models/fingertip-pad.fpm");
+const BED: &[u8] = include_bytes!("../../../data/models/fingertip.fpm");
 
-/// Largest error of the normal force and root mean square error of the friction, over the largest of each.
-///
-/// * `of_tissue`, `of_force`: branches of the finite elements and of the pad
-fn pad_errors(finger: &Finger, [of_tissue, of_force]: [Relaxation; 2], path: &Path) -> [f64; 2] {
-    let problem = Problem { relaxation: of_tissue, ..coarse_config().problem(finger) };
-    let reference = follow(&problem, path).unwrap().responses;
+/// Rows of the shipped pad and of the shipped bed along a path of tissue whose force has these branches.
+fn rows_of_models(of_force: &Relaxation, path: &Path) -> [Vec<Response>; 2] {
     let file = PadModelFile::new(PAD).unwrap();
-    let rows = simulate_path_on_pad(&file.file().pad.with_relaxation(of_force), &pad::Body::Plane, path).unwrap();
-    // Of the pad at a time, linear between its rows.
+    let pad = simulate_path_on_pad(&file.file().pad.with_relaxation(*of_force), &pad::Body::Plane, path).unwrap();
+    let file = ModelFile::new(BED).unwrap();
+    let bed = simulate_path(&file.file().model.with_relaxation(of_force).unwrap(), path).unwrap();
+    [pad, bed].map(|rows| rows.iter().map(|row| row.response).collect())
+}
+
+/// Largest error of the normal force and root mean square error of the friction, over the largest of each in the reference.
+fn errors(reference: &[Response], rows: &[Response]) -> [f64; 2] {
+    // Of the model at a time, linear between its rows.
     let at = |t_s: f64| {
-        let after = rows.partition_point(|row| row.response.t_s < t_s).clamp(1, rows.len() - 1);
-        let [a, b] = [after - 1, after].map(|k| &rows[k].response);
+        let after = rows.partition_point(|row| row.t_s < t_s).clamp(1, rows.len() - 1);
+        let [a, b] = [&rows[after - 1], &rows[after]];
         let share = ((t_s - a.t_s) / (b.t_s - a.t_s)).clamp(0.0, 1.0);
         [(a.normal_force_n, b.normal_force_n), (a.friction_x_n, b.friction_x_n)].map(|(a, b)| a + share * (b - a))
     };
     let (mut normal, mut squares, mut most) = (0.0f64, 0.0, [0.0f64; 2]);
-    for r in &reference {
+    for r in reference {
         let [n, f] = at(r.t_s);
         normal = normal.max((n - r.normal_force_n).abs());
         squares += (f - r.friction_x_n).powi(2);
@@ -338,48 +342,57 @@ fn pad_errors(finger: &Finger, [of_tissue, of_force]: [Relaxation; 2], path: &Pa
     [normal / most[0], rms / most[1]]
 }
 
-fn coarse_config() -> Config {
-    Config { mesh_preset: MeshPreset::Coarse, ..Config::default() }
+/// Corners of a sine of the depth about 1 mm, two periods of `period_s`, after a press that was held.
+fn vibration(period_s: f64) -> Vec<[f64; 3]> {
+    let of_period = |k: u32| f64::from(k) / 16.0;
+    let sine = (0..=32).map(|k| {
+        let depth_mm = 1.0 + 0.1 * (std::f64::consts::TAU * of_period(k)).sin();
+        [1.0 + period_s * of_period(k), depth_mm, 0.0]
+    });
+    [[0.1, 1.0, 0.0]].into_iter().chain(sine).collect()
 }
 
-/// The pad relaxes as a whole, with the branches of the force that the finite elements give it.
-pub fn the_pad_follows_the_finite_elements_in_time() {
-    let config = coarse_config();
+/// Pad and bed relax as a whole, with the branches of the force that the finite elements give them.
+pub fn the_reduced_models_follow_the_finite_elements_in_time() {
+    let config = Config { mesh_preset: MeshPreset::Coarse, ..Config::default() };
     let finger = config.finger().unwrap().0;
     let tip = Tip::of(&finger, &config.tissue, &config.friction).unwrap();
     let of_tissue = Relaxation::HUMAN_ASSUMED;
     let of_force = branches_of_force(&config.problem(&finger), &tip, &of_tissue).unwrap();
     println!("branches of the force: {}", text(&of_force));
-    let path = |corners: &[[f64; 3]]| {
+    let (pressed, slides) = ([0.1, 1.0, 0.0], [[0.2, 1.0, 0.0], [0.4, 1.0, 1.0], [1.4, 1.0, 1.0], [1.6, 1.0, 2.0]]);
+    let cases: [(&str, Vec<[f64; 3]>); 12] = [
+        ("press of 10 ms, hold of 60 s", vec![[0.01, 1.0, 0.0], [60.01, 1.0, 0.0]]),
+        ("ramp to 1.5 mm, 1 mm/s", vec![[1.5, 1.5, 0.0]]),
+        ("ramp to 1.5 mm, 10 mm/s", vec![[0.15, 1.5, 0.0]]),
+        ("ramp to 1.5 mm, 100 mm/s", vec![[0.015, 1.5, 0.0]]),
+        ("ramp to 1.5 mm, 1000 mm/s", vec![[0.0015, 1.5, 0.0]]),
+        ("ramp to 2.6 mm, 10 mm/s", vec![[0.26, 2.6, 0.0]]),
+        ("tap of 10 ms, 1.5 mm", vec![[0.005, 1.5, 0.0], [0.01, 0.0, 0.0]]),
+        ("unloading after 1 s, 10 mm/s", vec![[0.15, 1.5, 0.0], [1.15, 1.5, 0.0], [1.3, 0.0, 0.0]]),
+        ("sine, 1 Hz", vibration(1.0)),
+        ("sine, 20 Hz", vibration(0.05)),
+        ("slides that start and stop", [&[pressed], &slides[..], &[[2.6, 1.0, 2.0]]].concat()),
+        ("slide to and back while pressed deeper", vec![pressed, [0.6, 1.4, 1.0], [1.1, 1.0, -0.5], [3.1, 1.0, -0.5]]),
+    ];
+    for (case, corners) in cases {
         let corner = |&[t_s, normal, x]: &[f64; 3]| Waypoint { t_s, normal, x, y: 0.0 };
-        Path::new([Drive::Displacement; 3], corners.iter().map(corner).collect())
-    };
-    let start = [0.0, 0.0, 0.0];
-    for (case, path) in [
-        ("press of 10 ms, hold of 60 s", path(&[start, [0.01, 1.0, 0.0], [60.01, 1.0, 0.0]])),
-        ("ramp to 1.5 mm, 10 mm/s", path(&[start, [0.15, 1.5, 0.0]])),
-        ("ramp to 1.5 mm, 100 mm/s", path(&[start, [0.015, 1.5, 0.0]])),
-        (
-            "slides that start and stop",
-            path(&[
-                start,
-                [0.1, 1.0, 0.0],
-                [0.2, 1.0, 0.0],
-                [0.4, 1.0, 1.0],
-                [1.4, 1.0, 1.0],
-                [1.6, 1.0, 2.0],
-                [2.6, 1.0, 2.0],
-            ]),
-        ),
-    ] {
-        let [of_time, without] =
-            [[of_tissue, of_force], [Relaxation::none(); 2]].map(|branches| pad_errors(&finger, branches, &path));
-        let percent = |[n, f]: [f64; 2]| format!("normal force {:.1} %, friction {:.1} %", 100.0 * n, 100.0 * f);
-        println!("{case}: {}; without branches {}", percent(of_time), percent(without));
-        let what = format!("pad against finite elements in time, {case}");
-        verify(&what, "error of the normal force over the largest", of_time[0], 0.05);
-        if case.starts_with("slides") {
-            verify(&what, "root mean square error of the friction over the largest", of_time[1], 0.06);
+        let path = Path::new([Drive::Displacement; 3], [[0.0; 3]].iter().chain(&corners).map(corner).collect());
+        let [of_time, without] = [[of_tissue, of_force], [Relaxation::none(); 2]].map(|[of_tissue, of_force]| {
+            let problem = Problem { relaxation: of_tissue, ..config.problem(&finger) };
+            let reference = follow(&problem, &path).unwrap().responses;
+            rows_of_models(&of_force, &path).map(|rows| errors(&reference, &rows))
+        });
+        for (model, lines, of_time, without) in
+            [("pad", [0.05, 0.06], of_time[0], without[0]), ("bed", [0.08; 2], of_time[1], without[1])]
+        {
+            let percent = |[n, f]: [f64; 2]| format!("normal force {:.1} %, friction {:.1} %", 100.0 * n, 100.0 * f);
+            println!("{case}, {model}: {}; without branches {}", percent(of_time), percent(without));
+            let what = format!("{model} against finite elements in time, {case}");
+            verify(&what, "error of the normal force over the largest", of_time[0], lines[0]);
+            if case.starts_with("slide") {
+                verify(&what, "root mean square error of the friction over the largest", of_time[1], lines[1]);
+            }
         }
     }
 }

@@ -100,6 +100,9 @@ pub fn tables(model: &Model<'_>, root: &Path, number: usize) -> Result<Vec<(&'st
         ("finite elements of lambda 0.4 and 1, 5 mN, 5 µm", &other, small, false),
         ("depth changes, 5 mN, 5 µm", &held.oblique, small, false),
         ("pulls, 20 mN, 30 µm", &held.straight, Sensors::of(20.0, 30.0), false),
+        ("stick ratio within 0.05: pulls", &held.straight, small.with_stick(0.05), false),
+        ("stick ratio within 0.05: finite elements of lambda 0.4 and 1", &other, small.with_stick(0.05), false),
+        ("stick ratio within 0.05: depth changes", &held.oblique, small.with_stick(0.05), false),
     ];
     let mut table = String::from("| runs, noise | | ");
     table += &MARGINS.map(|m| format!("{m}")).join(" | ");
@@ -124,6 +127,7 @@ pub fn tables(model: &Model<'_>, root: &Path, number: usize) -> Result<Vec<(&'st
         ("pulls, 5 mN, 5 µm", &held.straight, &fitted.straight, small),
         ("depth changes, 5 mN, 5 µm", &held.oblique, &fitted.oblique, small),
         ("pulls, 20 mN, 30 µm", &held.straight, &fitted.straight, Sensors::of(20.0, 30.0)),
+        ("pulls, 5 mN, 5 µm, stick ratio within 0.05", &held.straight, &fitted.straight, small.with_stick(0.05)),
     ] {
         let tuned = tuned_thresholds(&mut Lab::new(*model, others.clone(), LIMITS_N, SEED + 1), &sensors, number / 2);
         let [rate, ratio, shakes] = tuned;

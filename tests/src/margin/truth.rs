@@ -190,6 +190,8 @@ pub struct Sensors {
     pub lag_s: f64,
     /// Offset of each force, standard deviation, N.
     pub tare_n: f64,
+    /// Noise of the stick ratio, standard deviation; 0 where it is not measured.
+    pub stick: f64,
 }
 
 impl Sensors {
@@ -202,7 +204,13 @@ impl Sensors {
             drift: 0.005,
             lag_s: 0.005,
             tare_n: 2e-3,
+            stick: 0.0,
         }
+    }
+
+    /// The same with a tactile skin that measures the stick ratio.
+    pub const fn with_stick(self, noise: f64) -> Self {
+        Self { stick: noise, ..self }
     }
 }
 
@@ -279,6 +287,8 @@ pub fn measure(run: &Truth, ride: Ride, sensors: &Sensors, random: &mut Random) 
             let from = before.replace(position).unwrap_or(position);
             let [normal, x, y] =
                 core::array::from_fn(|k| (felt[k] + tare[k] + sensors.force_n * random.normal()) as f32);
+            // Only where it is measured, so that the noise of the others is the same without it.
+            let stick = if sensors.stick > 0.0 { truth.stick + sensors.stick * random.normal() } else { 0.0 };
             let (force, slide) = (variance(sensors.force_n), variance(sensors.encoder_mm));
             let reading = Reading {
                 normal_force_n: normal,
@@ -287,6 +297,8 @@ pub fn measure(run: &Truth, ride: Ride, sensors: &Sensors, random: &mut Random) 
                 normal_variance_n2: force,
                 friction_covariance_n2: [force, force, 0.0],
                 slide_covariance_mm2: [slide, slide, 0.0],
+                stick_ratio: stick as f32,
+                stick_variance: variance(sensors.stick),
                 dt_s: DT_S as f32,
             };
             Measured { reading, truth, way_mm: way }

@@ -472,10 +472,13 @@ class MarginObserver:
         normal_variance_n2: float = 25e-6,
         friction_covariance_n2: tuple[float, float, float] = ...,
         slide_covariance_mm2: tuple[float, float, float] = ...,
+        stick_ratio: float = 0.0,
+        stick_variance: float = 0.0,
     ) -> Margin:
         """Takes forces, slide since the last reading and the covariance of their noise (xx, yy, xy; of the position for the slide).
 
-        Without them the noise of a force and of a position is 5 mN and 5 um.
+        Without them the noise of a force and of a position is 5 mN and 5 um. stick_ratio is the share of the contact area that sticks, from the
+        shear field of a tactile skin, and counts where stick_variance is not 0.
 
         A reading that is unsound is left out and flagged, and the bounds widen.
         """

@@ -383,3 +383,28 @@ fn a_path_of_many_rows_is_followed() {
     folder.done(EVAL);
     assert_eq!(folder.text("r.csv").lines().count(), 1_100_001);
 }
+
+#[test]
+fn a_log_with_the_share_that_sticks_tells_more() {
+    let folder = Folder::new();
+    let log = fs::read_to_string(crate::common::package().join("data/examples/margin-log.csv")).unwrap();
+    let with = |cell: &str| {
+        let mut lines = log.lines();
+        let first = format!("{},stick_ratio\n", lines.next().unwrap());
+        lines.fold(first, |text, line| text + line + "," + cell + "\n")
+    };
+    folder.write("log.csv", &log);
+    folder.write("skin.csv", with("0.5"));
+    folder.write("broken.csv", with("nan"));
+    folder.done("eval --observe log.csv --out without.csv");
+    folder.done("eval --observe skin.csv --out with.csv");
+    folder.done("eval --observe skin.csv --stick-noise 10 --out hardly.csv");
+    let width = |file: &str| {
+        let [low, high] = ["strength_low", "strength_high"].map(|name| folder.column(file, name)[150]);
+        (high / low).ln()
+    };
+    assert!(width("with.csv") < 0.8 * width("without.csv"), "{} {}", width("with.csv"), width("without.csv"));
+    assert!((width("hardly.csv") / width("without.csv") - 1.0).abs() < 0.05);
+    folder.refused("eval --observe broken.csv --out o.csv", &["stick_ratio", "nan"]);
+    folder.refused("eval --observe skin.csv --stick-noise 0 --out o.csv", &["--stick-noise 0"]);
+}
