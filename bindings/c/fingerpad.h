@@ -410,15 +410,14 @@ typedef struct {
   double angle_deg;
 } fingerpad_shape;
 
-// All that a finger remembers of its contact with one body: room for a bed and for any pad that does not relax. Set it up with
+// All that a finger remembers of its contact with one body: room for any bed, and for any pad that does not relax. Set it up with
 // `fingerpad_frame_init_pad` or `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first
 // `fingerpad_frame_bytes`, to go back to it in the same program.
 typedef struct {
   uint64_t opaque[288];
 } fingerpad_frame_contact;
 
-// The same for tissue that relaxes. Set it up with `fingerpad_relaxing_frame_init_pad`, for any pad, and hand `&contact` of it to every
-// function.
+// The same for pads that relax. Set it up with `fingerpad_relaxing_frame_init_pad`, for any pad, and hand `&contact` of it to every function.
 typedef struct {
   // Its beginning, which stands for it.
   fingerpad_frame_contact contact;
@@ -885,7 +884,8 @@ int32_t fingerpad_relaxing_frame_init_pad(const fingerpad_pad *pad,
                                           fingerpad_relaxing_frame_contact *contact);
 
 // The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
-// of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`.
+// of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`. Its tissue may
+// relax; initialise the contact again after `fingerpad_model_relax`.
 int32_t fingerpad_frame_init_bed(const fingerpad_model *model,
                                  fingerpad_shape shape,
                                  fingerpad_frame_contact *contact);
@@ -976,8 +976,8 @@ int32_t fingerpad_model_load(fingerpad_model *model,
                              const uint8_t *file,
                              size_t length);
 
-// The same, also for tissue that relaxes by the branches of its file. With such tissue the functions of `fingerpad_relaxing_state` and
-// `fingerpad_relaxing_spin_state`, describe, tune and least grip work; all others return FINGERPAD_NOT_SET_UP.
+// The same, also for tissue that relaxes by the branches of its file. With such tissue the functions of `fingerpad_relaxing_state`,
+// `fingerpad_relaxing_spin_state` and `fingerpad_frame_contact`, describe, tune and least grip work; all others return FINGERPAD_NOT_SET_UP.
 int32_t fingerpad_relaxing_model_load(fingerpad_model *model,
                                       const uint8_t *file,
                                       size_t length);

@@ -207,10 +207,24 @@ public:
         return detail::result(code, bed);
     }
 
+    /* The same, also for contacts of tissue that relaxes by the branches of its file. */
+    static Result<Bed> load_relaxing(std::span<const std::byte> file) noexcept
+    {
+        Bed bed;
+        const std::int32_t code = fingerpad_relaxing_model_load(&bed.model_, detail::raw(file), file.size());
+        return detail::result(code, bed);
+    }
+
     /* Another finger: factors on size (0.5 to 2), stiffness (0.2 to 5) and lambda (0.1 to 10). */
     Code tune(float size, float stiffness, float lambda) noexcept
     {
         return static_cast<Code>(fingerpad_model_tune(&model_, size, stiffness, lambda));
+    }
+
+    /* Gives the tissue other branches than the file's; none: it does not relax. Contacts must be made again. */
+    Code relax(std::span<const Branch> branches) noexcept
+    {
+        return static_cast<Code>(fingerpad_model_relax(&model_, branches.data(), branches.size()));
     }
 
     Result<BedInfo> info() const noexcept
@@ -243,32 +257,27 @@ struct Driven {
 
 namespace detail {
 
-/* The functions of fingerpad.h for one kind of contact of a bed. */
-struct Slides {
-    using State = fingerpad_state;
-    static constexpr std::size_t saved_bytes = FINGERPAD_STATE_BYTES;
-    static constexpr auto init = fingerpad_state_init;
-    static constexpr auto step = fingerpad_step;
-    static constexpr auto step_driven = fingerpad_step_driven;
-    static constexpr auto step_batch = fingerpad_step_batch;
-    static constexpr auto set_strength_factor = fingerpad_state_set_strength_factor;
-    static constexpr auto gradient = fingerpad_state_gradient;
-    static constexpr auto save = fingerpad_state_save;
-    static constexpr auto restore = fingerpad_state_restore;
-};
+/* The functions of fingerpad.h for one kind of contact of a bed; their names begin alike. */
+#define FINGERPAD_KIND(Name, begins, BEGINS, ...)                                           \
+    struct Name {                                                                           \
+        using State = begins##state;                                                        \
+        static constexpr std::size_t saved_bytes = BEGINS##STATE_BYTES;                     \
+        static constexpr auto init = begins##state_init;                                    \
+        static constexpr auto step = begins##step;                                          \
+        static constexpr auto step_driven = begins##step_driven;                            \
+        static constexpr auto set_strength_factor = begins##state_set_strength_factor;      \
+        static constexpr auto gradient = begins##state_gradient;                            \
+        static constexpr auto save = begins##state_save;                                    \
+        static constexpr auto restore = begins##state_restore;                              \
+        __VA_ARGS__                                                                         \
+    }
 
-struct Spins {
-    using State = fingerpad_spin_state;
-    static constexpr std::size_t saved_bytes = FINGERPAD_SPIN_STATE_BYTES;
-    static constexpr auto init = fingerpad_spin_state_init;
-    static constexpr auto step = fingerpad_spin_step;
-    static constexpr auto step_driven = fingerpad_spin_step_driven;
-    static constexpr auto step_batch = fingerpad_spin_step_batch;
-    static constexpr auto set_strength_factor = fingerpad_spin_state_set_strength_factor;
-    static constexpr auto gradient = fingerpad_spin_state_gradient;
-    static constexpr auto save = fingerpad_spin_state_save;
-    static constexpr auto restore = fingerpad_spin_state_restore;
-};
+FINGERPAD_KIND(Slides, fingerpad_, FINGERPAD_, static constexpr auto step_batch = fingerpad_step_batch;);
+FINGERPAD_KIND(Spins, fingerpad_spin_, FINGERPAD_SPIN_, static constexpr auto step_batch = fingerpad_spin_step_batch;);
+FINGERPAD_KIND(RelaxingSlides, fingerpad_relaxing_, FINGERPAD_RELAXING_, );
+FINGERPAD_KIND(RelaxingSpins, fingerpad_relaxing_spin_, FINGERPAD_RELAXING_SPIN_, );
+
+#undef FINGERPAD_KIND
 
 } // namespace detail
 
@@ -323,6 +332,7 @@ public:
     /* Steps many contacts; the three counts must agree, else `Code::buffer`, and nothing changes. */
     static Code step_batch(const Bed &bed, std::span<ContactOf> contacts, const Motions &motions,
                            std::span<Response> responses) noexcept
+        requires requires { Kind::step_batch; }
     {
         static_assert(sizeof(ContactOf) == sizeof(typename Kind::State));
         if (responses.size() != contacts.size()) {
@@ -339,9 +349,12 @@ private:
     typename Kind::State state_{};
 };
 
-/* A contact that slides, and one that also spins, at twice the cost. */
+/* A contact that slides, and one that also spins, at twice the cost; of a bed that does not relax (`Code::not_set_up` for another). */
 using Contact = ContactOf<detail::Slides>;
 using SpinContact = ContactOf<detail::Spins>;
+/* The same of any bed, in more memory and without `step_batch`. */
+using RelaxingContact = ContactOf<detail::RelaxingSlides>;
+using RelaxingSpinContact = ContactOf<detail::RelaxingSpins>;
 
 /* A pad: the model of every pose of the finger on planes, spheres, cylinders and edges. */
 class Pad {
@@ -562,7 +575,7 @@ private:
     typename Kind::Frame contact_{};
 };
 
-/* Contacts of a bed or of a pad that does not relax (`Code::buffer` for another), and of any pad. */
+/* Contacts of a bed, or of a pad that does not relax (`Code::buffer` for another), and of any of both. */
 using FrameContact = FrameContactOf<detail::Prompt>;
 using RelaxingFrameContact = FrameContactOf<detail::Relaxes>;
 

@@ -692,6 +692,9 @@ static void relaxing_beds(fingerpad_model model, fingerpad_model charged, const 
     static const fingerpad_branch wrong[4] = {{-0.1f, 1.0f}, {0.5f, NAN}, {0.5f, 0.0f}, {50.0f, 1.0f}};
     static const float no_times[4] = {0.0f, -1.0f, NAN, INFINITY};
     const fingerpad_shape flat = {FINGERPAD_SHAPE_PLANE, {0.0, 0.0, 0.0}, 0.0, 0.0};
+    const fingerpad_shape ball = {FINGERPAD_SHAPE_SPHERE, {10.0, 0.0, 0.0}, 0.0, 0.0};
+    /* A plane that has come up by 1 mm along its normal in the neutral pose. */
+    const fingerpad_pose up = {{-0.5, 0.0, 0.8660254037844386}, {0.9659258262890683, 0.0, -0.25881904510252074, 0.0}};
     uint8_t bytes[FINGERPAD_RELAXING_STATE_BYTES];
     fingerpad_motion motion = {1.0f, 0.0f, 0.0f, 0.0f, 1e-7f};
     fingerpad_model loaded;
@@ -700,7 +703,8 @@ static void relaxing_beds(fingerpad_model model, fingerpad_model charged, const 
     fingerpad_force_state force_state;
     fingerpad_force_response forces;
     fingerpad_contact contact;
-    fingerpad_frame_contact framed;
+    static fingerpad_frame_contact framed;
+    fingerpad_frame_response pressed, held;
     fingerpad_relaxing_state state, zeroed;
     fingerpad_response first, r;
     float time_s = 0.0f;
@@ -719,7 +723,15 @@ static void relaxing_beds(fingerpad_model model, fingerpad_model charged, const 
     must(fingerpad_contact_init(&contact), "a contact that does not relax");
     expect(fingerpad_step(&model, &plain, motion, &r), FINGERPAD_NOT_SET_UP, "a step of a bed that relaxes");
     expect(fingerpad_step_forces(&model, &force_state, motion, &forces), FINGERPAD_NOT_SET_UP, "its forces");
-    expect(fingerpad_frame_init_bed(&model, flat, &framed), FINGERPAD_NOT_SET_UP, "its frames");
+    expect(fingerpad_frame_init_bed(&model, ball, &framed), FINGERPAD_RANGE, "its ball");
+    expect_true(fingerpad_frame_bytes(&framed) == 0, "a refused contact of a bed in frames");
+    must(fingerpad_frame_init_bed(&model, flat, &framed), "its frames");
+    must(fingerpad_frame_set_bed_radius(&framed, 0.0f, 1000.0f), "its radius");
+    expect(fingerpad_frame_reshape(&framed, ball, &up), FINGERPAD_RANGE, "its new shape");
+    must(fingerpad_frame_step_bed(&model, &framed, &up, 1e-7f, &pressed), "press in frames");
+    must(fingerpad_frame_step_bed(&model, &framed, &up, 100.0f, &held), "hold in frames");
+    expect_true(fabsf(pressed.response.normal_force_n / held.response.normal_force_n - 3.2f) < 1e-3f, "a hold of a bed in frames");
+    expect_true(fingerpad_frame_bytes(&framed) > sizeof(fingerpad_relaxing_spin_state), "bytes of such a contact");
     (void)memset(&zeroed, 0, sizeof zeroed);
     expect(fingerpad_relaxing_step(&model, &zeroed, motion, &r), FINGERPAD_NOT_SET_UP, "a zeroed state that relaxes");
     must(fingerpad_relaxing_state_init(&state), "a state that relaxes");
@@ -749,6 +761,7 @@ static void relaxing_beds(fingerpad_model model, fingerpad_model charged, const 
     expect_true(fabsf(r.normal_force_n / first.normal_force_n - 1.0f) < 1e-4f, "a restored state of a bed remembers");
     must(fingerpad_model_relax(&model, NULL, 0), "no branches any more");
     must(fingerpad_step(&model, &plain, motion, &r), "a step of a bed that does not relax");
+    expect(fingerpad_frame_step_bed(&model, &framed, &up, 1e-3f, &held), FINGERPAD_NOT_SET_UP, "a contact in frames of other branches");
     expect(fingerpad_relaxing_state_restore(&model, &state, bytes, sizeof bytes), FINGERPAD_OTHER_MODEL, "a state of other branches");
     expect(fingerpad_model_load(&loaded, bytes_of(file), file->length), FINGERPAD_SECTION, RELAXING_BED_NAME);
     must(fingerpad_relaxing_model_load(&loaded, bytes_of(file), file->length), RELAXING_BED_NAME);

@@ -13,6 +13,7 @@ static fingerpad_watch watch;
 static fingerpad_model soft;
 static fingerpad_relaxing_state soft_plain;
 static fingerpad_relaxing_spin_state soft_spin;
+static fingerpad_frame_contact bed_framed, soft_framed;
 static model_file pad_file;
 static fingerpad_pad pad;
 static fingerpad_pad_info pad_info;
@@ -335,16 +336,15 @@ static void pad_step(const float *f)
     print_response(&r);
 }
 
-/* A contact in frames; the old one stays where the shape cannot be. */
-static void begin_framed(const char *line)
+static fingerpad_shape shape_of(const char *line)
 {
     fingerpad_shape shape;
     float f[11];
     unsigned kind;
     int used = 0;
     if (sscanf(line, "%x%n", &kind, &used) != 1 || words_of(line + used, f) != 5) {
-        (void)printf("not understood");
-        return;
+        (void)printf("not understood ");
+        exit(2);
     }
     shape.kind = kind;
     shape.size_mm[0] = (double)f[0];
@@ -352,14 +352,12 @@ static void begin_framed(const char *line)
     shape.size_mm[2] = (double)f[2];
     shape.edge_radius_mm = (double)f[3];
     shape.angle_deg = (double)f[4];
-    (void)printf("%d", (int)fingerpad_relaxing_frame_init_pad(&pad, shape, &framed));
+    return shape;
 }
 
-static void frame_step(const float *f)
+static fingerpad_pose pose_of(const float *f)
 {
     fingerpad_pose pose;
-    fingerpad_frame_response r;
-    float numbers[3];
     int i;
     for (i = 0; i < 3; i++) {
         pose.position_mm[i] = (double)f[i];
@@ -367,17 +365,48 @@ static void frame_step(const float *f)
     for (i = 0; i < 4; i++) {
         pose.quaternion[i] = (double)f[3 + i];
     }
-    must(fingerpad_frame_step_pad(&pad, &framed.contact, &pose, f[7], &r), "step in frames");
-    print_words(r.on_finger.force_n, 3);
-    print_words(r.on_finger.moment_n_mm, 3);
-    print_words(r.on_body.force_n, 3);
-    print_words(r.on_body.moment_n_mm, 3);
-    numbers[0] = r.depth_mm;
-    numbers[1] = r.pitch_deg;
-    numbers[2] = r.roll_deg;
+    return pose;
+}
+
+static void print_felt(const fingerpad_frame_response *r)
+{
+    const float numbers[3] = {r->depth_mm, r->pitch_deg, r->roll_deg};
+    print_words(r->on_finger.force_n, 3);
+    print_words(r->on_finger.moment_n_mm, 3);
+    print_words(r->on_body.force_n, 3);
+    print_words(r->on_body.moment_n_mm, 3);
     print_words(numbers, 3);
-    (void)printf(" %u", (unsigned)r.face);
-    print_response(&r.response);
+    (void)printf(" %u", (unsigned)r->face);
+    print_response(&r->response);
+}
+
+static void pad_pose(const float *f)
+{
+    const fingerpad_pose pose = pose_of(f);
+    fingerpad_frame_response r;
+    must(fingerpad_frame_step_pad(&pad, &framed.contact, &pose, f[7], &r), "step in frames");
+    print_felt(&r);
+}
+
+/* Contacts of beds in frames; the old ones stay where the shape cannot be. */
+static void bed_shape(const char *line)
+{
+    const fingerpad_shape shape = shape_of(line);
+    const int32_t code = fingerpad_frame_init_bed(&model, shape, &bed_framed);
+    if (fingerpad_frame_init_bed(&soft, shape, &soft_framed) != code) {
+        (void)printf("the two differ ");
+    }
+    (void)printf("%d", (int)code);
+}
+
+static void bed_pose(const float *f)
+{
+    const fingerpad_pose pose = pose_of(f);
+    fingerpad_frame_response r;
+    must(fingerpad_frame_step_bed(&model, &bed_framed, &pose, f[7], &r), "step of a bed in frames");
+    print_felt(&r);
+    must(fingerpad_frame_step_bed(&soft, &soft_framed, &pose, f[7], &r), "step of a bed that relaxes in frames");
+    print_felt(&r);
 }
 
 static void print_patches(void)
@@ -444,9 +473,9 @@ static int answer_of_pad(const char *name, const char *rest, const float *f, siz
     } else if (strcmp(name, "pad-step") == 0) {
         pad_step(f);
     } else if (strcmp(name, "shape") == 0) {
-        begin_framed(rest);
+        (void)printf("%d", (int)fingerpad_relaxing_frame_init_pad(&pad, shape_of(rest), &framed));
     } else if (strcmp(name, "pose") == 0) {
-        frame_step(f);
+        pad_pose(f);
     } else if (strcmp(name, "patches") == 0) {
         print_patches();
     } else if (strcmp(name, "pad-save") == 0) {
@@ -483,6 +512,10 @@ static void answer(const char *name, const char *rest)
         gradient(f);
     } else if (strcmp(name, "grip") == 0) {
         grip(f);
+    } else if (strcmp(name, "bed-shape") == 0) {
+        bed_shape(rest);
+    } else if (strcmp(name, "bed-pose") == 0) {
+        bed_pose(f);
     } else if (strcmp(name, "save") == 0) {
         save();
     } else if (!answer_of_pad(name, rest, f, count)) {

@@ -422,13 +422,26 @@ int main(int argc, char **argv)
         frames<fp::FrameContact>(bed, pad, model, wrapped);
         {
             const fp::Branch branches[] = {{1.0f, 0.004f}, {0.6f, 0.07f}, {0.6f, 1.4f}};
+            fp::Bed soft_bed = bed;
+            fingerpad_model soft_model = model;
+            expect(soft_bed.relax(branches), fp::Code::ok, "a bed that relaxes");
+            must(fingerpad_model_relax(&soft_model, branches, 3), "a bed that relaxes");
+            expect(must_get(soft_bed.info(), "info").branches == 3, "a bed that relaxes");
+            contacts<fp::detail::RelaxingSlides>(soft_bed, soft_model);
+            contacts<fp::detail::RelaxingSpins>(soft_bed, soft_model);
+            contacts<fp::detail::RelaxingSlides>(bed, model);
+            fp::Contact prompt;
+            expect(prompt.step(soft_bed, disturbed(1)).code(), fp::Code::not_set_up, "a contact without the memory of its bed");
+            const fp::Bed of_any = must_get(fp::Bed::load_relaxing(bytes_in(bed_file)), argv[1]);
+            expect(must_get(of_any.info(), "info").checksum == must_get(bed.info(), "info").checksum, "a bed of any tissue");
             fp::Pad soft = pad;
             fingerpad_pad wrapped_soft = wrapped;
             expect(soft.relax(branches), fp::Code::ok, "a pad that relaxes");
             must(fingerpad_pad_relax(&wrapped_soft, branches, 3), "a pad that relaxes");
             expect(fp::PadContact::on_plane(soft).code(), fp::Code::buffer, "a contact without room for its memory");
             pads<fp::RelaxingPadContact>(soft, wrapped_soft);
-            frames<fp::RelaxingFrameContact>(bed, soft, model, wrapped_soft);
+            frames<fp::RelaxingFrameContact>(soft_bed, soft, soft_model, wrapped_soft);
+            frames<fp::FrameContact>(soft_bed, pad, soft_model, wrapped);
             expect(fp::FrameContact::with(soft, fp::shapes::plane()).code(), fp::Code::buffer, "a contact in frames without room");
             fingerpad_pad wrapped_any;
             must(fingerpad_relaxing_pad_load(&wrapped_any, bytes_of(&pad_file), pad_file.length), argv[2]);

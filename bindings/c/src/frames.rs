@@ -3,14 +3,15 @@
 use fingerpad::frames::{Finger, FrameContact, FramePatch, FrameResponse, RoundBed, Shape, Wrench};
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Memory, Pad, PadState};
-use fingerpad::{Error, SpinState};
+use fingerpad::{Error, RelaxingState, SPRINGS, SpinState, StateOf};
 
 use crate::codes::{FINGERPAD_BUFFER, FINGERPAD_NOT_SET_UP, FINGERPAD_RANGE, answer, code};
-use crate::model::{fingerpad_model, loaded};
+use crate::model::{fingerpad_model, loaded_any};
 use crate::pad::{LoadedPad, fingerpad_pad, loaded_pad};
 use crate::pad_state::{Few, Kind, Many, RelaxingFew, RelaxingMany, with_kind};
 use crate::pad_steps::{by_kind, write_all};
 use crate::pointer::{check, exclusive, shared, write};
+use crate::state::Tissue;
 use crate::types::fingerpad_response;
 
 /// The plane z = 0, the body below it: the value of `kind` in a shape. It has no sizes.
@@ -112,7 +113,7 @@ pub struct fingerpad_frame_patch {
     pub used: f32,
 }
 
-/// All that a finger remembers of its contact with one body: room for a bed and for any pad that does not relax. Set it up with
+/// All that a finger remembers of its contact with one body: room for any bed, and for any pad that does not relax. Set it up with
 /// `fingerpad_frame_init_pad` or `fingerpad_frame_init_bed`. It belongs to one finger and one body. Plain memory: copy it, or its first
 /// `fingerpad_frame_bytes`, to go back to it in the same program.
 #[repr(C)]
@@ -121,8 +122,7 @@ pub struct fingerpad_frame_contact {
     opaque: [u64; 288],
 }
 
-/// The same for tissue that relaxes. Set it up with `fingerpad_relaxing_frame_init_pad`, for any pad, and hand `&contact` of it to every
-/// function.
+/// The same for pads that relax. Set it up with `fingerpad_relaxing_frame_init_pad`, for any pad, and hand `&contact` of it to every function.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct fingerpad_relaxing_frame_contact {
@@ -168,8 +168,8 @@ impl<const P: usize, M: Memory<P, f32>> Held for PadState<P, f32, M> {
     const TOUCHES_CURVED: bool = true;
 }
 
-impl Held for SpinState {
-    const MARK: u32 = 0x4650_4601;
+impl<R: Tissue<2>> Held for StateOf<SPRINGS, 2, f32, R> {
+    const MARK: u32 = if size_of::<R>() == 0 { 0x4650_4601 } else { 0x4650_4602 };
     const TOUCHES_CURVED: bool = false;
 }
 
@@ -179,7 +179,7 @@ const ROUND_MM: f32 = 21.0;
 const _: () = {
     assert!(size_of::<Marked<Many>>() <= size_of::<fingerpad_frame_contact>());
     assert!(size_of::<Marked<RelaxingMany>>() <= size_of::<fingerpad_relaxing_frame_contact>());
-    assert!(size_of::<Marked<SpinState>>() <= size_of::<fingerpad_frame_contact>());
+    assert!(size_of::<Marked<RelaxingState<2>>>() <= size_of::<fingerpad_frame_contact>());
     assert!(align_of::<Marked<RelaxingMany>>() <= align_of::<fingerpad_frame_contact>());
 };
 
@@ -273,6 +273,18 @@ unsafe fn held<'a, S: Held>(contact: *mut fingerpad_frame_contact) -> Result<Opt
     Ok(Some(unsafe { exclusive(contact.cast::<Marked<S>>()) }?))
 }
 
+/// Does the same with a contact of a bed.
+macro_rules! with_bed_contact {
+    ($contact:expr, $held:ident => $action:expr) => {
+        if let Some($held) = unsafe { held::<SpinState>($contact) }? {
+            $action
+        } else {
+            let $held = unsafe { held::<RelaxingState<2>>($contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
+            $action
+        }
+    };
+}
+
 /// Does the same with a contact of any kind.
 macro_rules! with_contact {
     ($contact:expr, $held:ident => $action:expr) => {
@@ -285,8 +297,7 @@ macro_rules! with_contact {
         } else if let Some($held) = unsafe { held::<RelaxingMany>($contact) }? {
             $action
         } else {
-            let $held = unsafe { held::<SpinState>($contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
-            $action
+            with_bed_contact!($contact, $held => $action)
         }
     };
 }
@@ -333,6 +344,19 @@ pub unsafe fn frame_patches<const P: usize, M: Memory<P, f32>>(
     unsafe { write_all(pad, out, count, held.contact.patches(&pad.pad)) }
 }
 
+/// Does the same with the kind of state of a bed, `S`.
+macro_rules! with_bed {
+    ($model:expr, $S:ident => $action:expr) => {
+        if $model.relaxes() {
+            type $S = RelaxingState<2>;
+            $action
+        } else {
+            type $S = SpinState;
+            $action
+        }
+    };
+}
+
 /// A finger in the air that is to touch a body of this shape, with the model of a pad and a strength factor of 1.
 ///
 /// Returns FINGERPAD_OK, or FINGERPAD_BUFFER for a pad whose tissue relaxes (use `fingerpad_relaxing_frame_init_pad`), FINGERPAD_RANGE for a
@@ -367,7 +391,8 @@ pub unsafe extern "C" fn fingerpad_relaxing_frame_init_pad(
 }
 
 /// The same with the model of a bed, which touches planes and the faces of boxes: FINGERPAD_RANGE for another shape. A bed is of one pose
-/// of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`.
+/// of the finger. In another one its depth alone changes, by that of a round finger, see `fingerpad_frame_set_bed_radius`. Its tissue may
+/// relax; initialise the contact again after `fingerpad_model_relax`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_frame_init_bed(
     model: *const fingerpad_model,
@@ -375,9 +400,11 @@ pub unsafe extern "C" fn fingerpad_frame_init_bed(
     contact: *mut fingerpad_frame_contact,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let bed = unsafe { loaded(model) }.map(|model| RoundBed::new(model.model));
-    // SAFETY: the caller's promise.
-    answer(bed.and_then(|bed| unsafe { init::<SpinState, _>(&bed, shape, contact) }))
+    answer(unsafe { loaded_any(model) }.and_then(|model| {
+        let bed = RoundBed::new(model.model());
+        // SAFETY: the caller's promise.
+        with_bed!(model, S => unsafe { init::<S, _>(&bed, shape, contact) })
+    }))
 }
 
 /// As `fingerpad_state_set_strength_factor`.
@@ -406,12 +433,12 @@ pub unsafe extern "C" fn fingerpad_frame_set_bed_radius(
 ) -> i32 {
     let set = || {
         // SAFETY: the caller's promise.
-        let held = unsafe { held::<SpinState>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?;
+        let used = with_bed_contact!(contact, held => &mut held.radius_mm);
         let radius_mm = [along_mm, across_mm];
         if !radius_mm.iter().all(|radius| (0.0..=1000.0).contains(radius)) {
             return Err(FINGERPAD_RANGE);
         }
-        held.radius_mm = radius_mm;
+        *used = radius_mm;
         Ok(())
     };
     answer(set())
@@ -482,12 +509,12 @@ pub unsafe extern "C" fn fingerpad_frame_step_bed(
 ) -> i32 {
     let stepped = || {
         // SAFETY: the caller's promise.
-        let (model, body) = unsafe { (loaded(model)?, shared(body)?) };
+        let (model, body) = unsafe { (loaded_any(model)?, shared(body)?) };
         // SAFETY: the caller's promise.
-        let radius_mm = unsafe { held::<SpinState>(contact) }?.ok_or(FINGERPAD_NOT_SET_UP)?.radius_mm;
-        let bed = RoundBed { model: model.model, radius_mm };
+        let radius_mm = with_bed_contact!(contact, held => held.radius_mm);
+        let bed = RoundBed { model: model.model(), radius_mm };
         // SAFETY: the caller's promise.
-        unsafe { step::<SpinState, _>(&bed, contact, body, dt_s, response) }
+        with_bed!(model, S => unsafe { step::<S, _>(&bed, contact, body, dt_s, response) })
     };
     answer(stepped())
 }

@@ -92,6 +92,12 @@ impl Loaded {
         self.model().checksum()
     }
 
+    /// Whether its tissue relaxes.
+    #[cfg(not(target_os = "none"))]
+    pub fn relaxes(&self) -> bool {
+        self.mark == RELAXING
+    }
+
     /// Takes branches that were checked.
     fn relax(&mut self, relaxation: Relaxation) {
         self.relaxation = relaxation;
@@ -140,8 +146,8 @@ pub unsafe extern "C" fn fingerpad_model_load(model: *mut fingerpad_model, file:
     answer(unsafe { load(model, file, length, File::from_bytes) })
 }
 
-/// The same, also for tissue that relaxes by the branches of its file. With such tissue the functions of `fingerpad_relaxing_state` and
-/// `fingerpad_relaxing_spin_state`, describe, tune and least grip work; all others return FINGERPAD_NOT_SET_UP.
+/// The same, also for tissue that relaxes by the branches of its file. With such tissue the functions of `fingerpad_relaxing_state`,
+/// `fingerpad_relaxing_spin_state` and `fingerpad_frame_contact`, describe, tune and least grip work; all others return FINGERPAD_NOT_SET_UP.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fingerpad_relaxing_model_load(
     model: *mut fingerpad_model,

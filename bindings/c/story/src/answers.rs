@@ -3,13 +3,14 @@
 use bytemuck::Pod;
 use fingerpad::effects::Effects;
 use fingerpad::events::{Queue, Watch};
+use fingerpad::frames::{FrameContact, RoundBed, Shape};
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad::{
     Contact, Drive, Driven, Error, File, ForceResponse, ForceState, Gradient, Memory, Model, Motion, Normal,
     Relaxation, RelaxingState, Response, SPRINGS, SpinState, State, StateOf, Surroundings, Tangential, Tuning,
 };
 
-use crate::pad::{TellsPad, teller};
+use crate::pad::{TellsPad, pose, range, shape_of, teller};
 use crate::requests::{Request, words};
 
 /// Code of a value out of range, as in `fingerpad.h`.
@@ -30,6 +31,7 @@ pub struct Teller<'a> {
     soft: Model<'a>,
     soft_plain: RelaxingState<1>,
     soft_spin: RelaxingState<2>,
+    framed: (FrameContact<SpinState>, FrameContact<RelaxingState<2>>),
     pads: &'a [PadModelFile],
     pad: Box<dyn TellsPad + 'a>,
 }
@@ -50,6 +52,7 @@ impl<'a> Teller<'a> {
             soft: soft(files),
             soft_plain: RelaxingState::relaxing(),
             soft_spin: RelaxingState::relaxing(),
+            framed: framed(&file.model, &soft(files), Shape::plane()).expect("a bed touches planes"),
             pads,
             pad: teller(&pads[0]),
         }
@@ -103,6 +106,14 @@ impl<'a> Teller<'a> {
             Request::Grip([x, y, margin, factor]) => {
                 let grip = self.model.least_grip([x, y], margin, factor);
                 format!("{} {:x}", words(&[grip.depth_mm, grip.normal_force_n]), grip.status.0)
+            }
+            Request::BedShape { kind, numbers } => {
+                let begun = shape_of(kind, numbers).and_then(|shape| framed(&self.model, &self.soft, shape));
+                range(begun.map(|begun| self.framed = begun).is_some())
+            }
+            Request::BedPose(numbers) => {
+                let (prompt, soft) = &mut self.framed;
+                pose(prompt, &RoundBed::new(self.model), numbers) + &pose(soft, &RoundBed::new(self.soft), numbers)
             }
             Request::Save => self.save(),
             Request::PadWords { .. } => "0".to_owned(),
@@ -195,6 +206,16 @@ pub fn reference(file: &File<'_>) -> Surroundings {
     let mut out = Surroundings::default();
     out.own.iter_mut().zip(file.columns).for_each(|(to, column)| *to = column.reference);
     out
+}
+
+/// Contacts of two beds in frames, if they can touch such a shape.
+fn framed(
+    model: &Model<'_>,
+    soft: &Model<'_>,
+    shape: Shape,
+) -> Option<(FrameContact<SpinState>, FrameContact<RelaxingState<2>>)> {
+    let [model, soft] = [model, soft].map(|model| RoundBed::new(*model));
+    Some((FrameContact::new(&model, shape).ok()?, FrameContact::new(&soft, shape).ok()?))
 }
 
 fn soft<'a>(files: &'a [ModelFile; 2]) -> Model<'a> {

@@ -1,7 +1,7 @@
 //! What the core answers of a pad, and a pad of more patches.
 
 use bytemuck::Pod;
-use fingerpad::frames::{FrameContact, FrameResponse, Shape};
+use fingerpad::frames::{Finger, FrameContact, FrameResponse, Shape};
 use fingerpad::host::PadModelFile;
 use fingerpad::nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use fingerpad::pad::{Body, Cylinder, Edge, Memory, Pad, PadMemory, PadState, Patch, Sphere};
@@ -72,7 +72,38 @@ pub fn teller(file: &PadModelFile) -> Box<dyn TellsPad + '_> {
     }
 }
 
-fn range(holds: bool) -> String {
+/// A shape by its kind in `fingerpad.h`, if it can be.
+pub fn shape_of(kind: u32, numbers: [f32; 5]) -> Option<Shape> {
+    let [a, b, c, edge_radius_mm, angle_deg] = numbers.map(f64::from);
+    let shape = match kind {
+        0 => Ok(Shape::plane()),
+        1 => Shape::sphere(a),
+        2 => Shape::ellipsoid([a, b, c]),
+        3 => Shape::capsule(a, b),
+        4 => Shape::cylinder(a, b),
+        5 => Shape::edge(a, angle_deg),
+        6 => Shape::cuboid([a, b, c], edge_radius_mm),
+        _ => return None,
+    };
+    shape.ok()
+}
+
+/// A step of a contact in frames.
+pub fn pose<S: Clone, F: Finger<S, Scalar = f32>>(
+    framed: &mut FrameContact<S>,
+    finger: &F,
+    numbers: [f32; 8],
+) -> String {
+    let [x, y, z, w, i, j, k, _] = numbers.map(f64::from);
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+    let body = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+    let FrameResponse { on_finger, on_body, depth_mm, pose_deg, face, response, .. } =
+        framed.step(finger, &body, numbers[7]);
+    let wrenches = [on_finger.force_n, on_finger.moment_n_mm, on_body.force_n, on_body.moment_n_mm].concat();
+    words(&wrenches) + &words(&[depth_mm, pose_deg[0], pose_deg[1]]) + &format!(" {face}") + &forces(&response)
+}
+
+pub fn range(holds: bool) -> String {
     if holds { "0".to_owned() } else { RANGE.to_string() }
 }
 
@@ -153,30 +184,13 @@ impl<A: Memory<FEW, f32> + Pod, B: Memory<ROOM, f32> + Pod> TellsPad for PadTell
     }
 
     fn shape(&mut self, kind: u32, numbers: [f32; 5]) -> String {
-        let [a, b, c, edge_radius_mm, angle_deg] = numbers.map(f64::from);
-        let shape = match kind {
-            0 => Ok(Shape::plane()),
-            1 => Shape::sphere(a),
-            2 => Shape::ellipsoid([a, b, c]),
-            3 => Shape::capsule(a, b),
-            4 => Shape::cylinder(a, b),
-            5 => Shape::edge(a, angle_deg),
-            6 => Shape::cuboid([a, b, c], edge_radius_mm),
-            _ => return range(false),
-        };
-        let Ok(shape) = shape else { return range(false) };
+        let Some(shape) = shape_of(kind, numbers) else { return range(false) };
         self.framed = FrameContact::new(&self.pad, shape).expect("a pad of at most 64 patches");
         range(true)
     }
 
     fn pose(&mut self, numbers: [f32; 8]) -> String {
-        let [x, y, z, w, i, j, k, _] = numbers.map(f64::from);
-        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
-        let body = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
-        let FrameResponse { on_finger, on_body, depth_mm, pose_deg, face, response, .. } =
-            self.framed.step(&self.pad, &body, numbers[7]);
-        let wrenches = [on_finger.force_n, on_finger.moment_n_mm, on_body.force_n, on_body.moment_n_mm].concat();
-        words(&wrenches) + &words(&[depth_mm, pose_deg[0], pose_deg[1]]) + &format!(" {face}") + &forces(&response)
+        pose(&mut self.framed, &self.pad, numbers)
     }
 
     fn save(&mut self) -> String {

@@ -39,6 +39,8 @@ pub fn story(pads: &[PadModelFile]) -> Vec<Request> {
     requests.push(Request::Model(1));
     clean(&mut requests);
     disturbed(&mut requests, &mut Noise(SEED + 1));
+    requests.push(Request::Model(0));
+    bed_frames(&mut requests, &mut Noise(SEED + 8));
     for (k, pad) in pads.iter().enumerate() {
         hand_over(&mut requests, pad.bytes());
         requests.push(Request::PadLoad(k));
@@ -251,6 +253,20 @@ fn pad_frames(requests: &mut Vec<Request>, noise: &mut Noise) {
             Request::Shape { kind: 6, numbers: [nan, 1.0, 1.0, 1.0, 1.0] },
         ]);
     }
+}
+
+/// The same of a bed, in steps from 10 us to a second. It refuses curved shapes; the poses of one then go to the contact before.
+fn bed_frames(requests: &mut Vec<Request>, noise: &mut Noise) {
+    let mut framed = Vec::new();
+    pad_frames(&mut framed, noise);
+    requests.extend(framed.into_iter().enumerate().map(|(i, request)| match request {
+        Request::Shape { kind, numbers } => Request::BedShape { kind, numbers },
+        Request::Pose([place @ .., _]) => {
+            let [x, y, z, w, a, b, c] = place;
+            Request::BedPose([x, y, z, w, a, b, c, [1e-5, DT_S, 0.03, 1.0][i % 4]])
+        }
+        other => other,
+    }));
 }
 
 /// Product of two quaternions, w first.

@@ -10,6 +10,8 @@
 //! | `driven BY_NORMAL BY_FRICTION DEPTH NORMAL X Y FX FY SPIN DT` | a driven step without and with spin: response and motion |
 //! | `gradient DEPTH X Y` | nine derivatives without and with spin |
 //! | `grip X Y MARGIN F` | the least grip |
+//! | `bed-shape KIND THREE-SIZES EDGE ANGLE` | two contacts in frames with a shape, of the model and of the one that relaxes; as `shape` |
+//! | `bed-pose X Y Z W I J K DT` | a step of both; as `pose` |
 //! | `save` | both states as bytes, from which they are then restored |
 //! | `pad-words UP-TO-ELEVEN` | the next words of a pad's file |
 //! | `pad-load` | go on with the pad of the words so far; a fresh contact over a plane; answer: the number of patches |
@@ -35,6 +37,8 @@ pub enum Request {
     Driven { by_normal_force: bool, by_friction: bool, numbers: [f32; 8] },
     Gradient([f32; 3]),
     Grip([f32; 4]),
+    BedShape { kind: u32, numbers: [f32; 5] },
+    BedPose([f32; 8]),
     Save,
     PadWords { words: [u32; 11], count: usize },
     PadLoad(usize),
@@ -66,6 +70,8 @@ impl fmt::Display for Request {
             }
             Self::Gradient(numbers) => write!(f, "gradient{}", words(numbers)),
             Self::Grip(numbers) => write!(f, "grip{}", words(numbers)),
+            Self::BedShape { kind, numbers } => write!(f, "bed-shape {kind:x}{}", words(numbers)),
+            Self::BedPose(numbers) => write!(f, "bed-pose{}", words(numbers)),
             Self::Save => write!(f, "save"),
             Self::PadWords { words, count } => {
                 write!(f, "pad-words")?;
