@@ -11,6 +11,7 @@ drawn for each lift, and all controllers have the same lifts. A controller gets 
 
 import argparse
 import dataclasses
+import math
 import sys
 
 import fingerpad
@@ -35,7 +36,7 @@ CLOSE_S, DOWN_S, READY_S, UP_S, HELD_S, END_S = 0.4, 1.0, 1.2, 2.4, 2.6, 3.4
 STROKE_M, LIFT_M = 0.003, 0.02
 #: The shake: size, m, frequency, Hz, and acceleration, m/s².
 SHAKE_M, SHAKE_HZ = 0.002, 4.0
-SHAKE_M_S2 = SHAKE_M * (2 * np.pi * SHAKE_HZ) ** 2
+SHAKE_M_S2 = SHAKE_M * (2 * math.pi * SHAKE_HZ) ** 2
 #: A box that stays behind the hand by so much is dropped, m; one that is higher by so much is in the air, m.
 LOST_M, LIFTED_M = 0.01, 0.0005
 #: First, least and largest grip, N, and how fast controllers raise and lower it, N/s.
@@ -43,7 +44,7 @@ START_N, LEAST_N, MOST_N, RAISE_N_S, LOWER_N_S = 0.3, 0.05, 1.4, 5.0, 0.3
 #: The lower bound of the margin is kept between these; spread of the strengths that the observer expects.
 AIM, SPREAD = (0.1, 0.2), 0.5
 #: dF/dt: time constant, s; the grip rises while friction falls faster than this share of its fastest rise; shares to choose from.
-RATE_S, SHARE, SHARES = 0.02, 0.1, (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
+RATE_S, SHARE, SHARES = 0.02, 0.1, (0.05, 0.1, 0.2, 0.4)
 
 
 @dataclasses.dataclass
@@ -75,6 +76,7 @@ def full_slip(model, strength=1.0):
     """Normal force and friction of full slip, N, over growing depths."""
     rows = [(0.0, 0.0)]
     for depth_mm in np.linspace(0.3, 2.6, 12):
+        # 13 mm are enough for any strength.
         finger = fingerpad.Finger(model)
         for _ in range(16):
             last = finger.step(depth_mm, 0.8, strength_factor=strength)
@@ -119,7 +121,7 @@ class Rate(Fixed):
 
 
 class Observed(Fixed):
-    """Keeps the lower bound of the margin at AIM from the beginning of the lift on. It takes the slide against the box from the hand, in the air too."""
+    """Keeps the lower bound of the margin at AIM from the beginning of the lift on. It needs the slide against the box in the air too."""
 
     def __init__(self):
         super().__init__(START_N)
@@ -137,7 +139,7 @@ class Observed(Fixed):
 
 
 class Stroked(Observed):
-    """Strokes the box, which the table keeps from moving, so that encoders alone see the slide. In the air it knows the lower bound of the strength."""
+    """Strokes the box, which the table keeps from moving, so that encoders alone see the slide. In the air it has the lower end of the strength."""
 
     strokes = True
 
@@ -150,6 +152,7 @@ class Stroked(Observed):
         if time < READY_S:
             told = [o.step(n, f, 0.0, slide_mm, 0.0, dt_s=DT_S) for o, (n, f) in zip(self.observers, forces_n)]
             self.strengths = [t.strength_low for t in told]
+        # The forces, smoothed over 7 ms.
         self.now_n = [(n + 0.3 * (m - n), f + 0.3 * (g - f)) for (n, f), (m, g) in zip(self.now_n, forces_n)]
         if time > READY_S:
             self.follow(min(1 - abs(f) / (s * np.interp(n, self.normal_n, self.friction_n) + 1e-6) for s, (n, f) in zip(self.strengths, self.now_n)))
@@ -164,18 +167,18 @@ def smooth(time, begin, end):
 def height_m(time, strokes):
     """Height of the hand over its first place, m."""
     stroke = STROKE_M * (smooth(time, CLOSE_S, DOWN_S) - smooth(time, DOWN_S, READY_S)) if strokes else 0.0
-    shake = SHAKE_M * np.sin(2 * np.pi * SHAKE_HZ * (time - HELD_S)) * smooth(time, HELD_S, HELD_S + 0.2) if time > HELD_S else 0.0
+    shake = SHAKE_M * math.sin(2 * math.pi * SHAKE_HZ * (time - HELD_S)) * smooth(time, HELD_S, HELD_S + 0.2) if time > HELD_S else 0.0
     return LIFT_M * smooth(time, READY_S, UP_S) + shake - stroke
 
 
 def run(finger, lift, control):
-    """One lift. Returns whether the box was dropped, its slip in the air or while it should be lifted, m, and the mean normal force of a finger in the air, N."""
+    """One lift. Returns whether the box was dropped, its slip since the lift began, m, and the mean normal force of a finger in the air, N."""
     scene = scenes.lifted(
         lift.mass_kg, DT_S, "implicitfast", "elliptic", model_file=FILES[finger], strength_factor=lift.strength, stiffness=lift.stiffness
     )
     model = mujoco.MjModel.from_xml_string(scene.replace('kp="500"', 'kp="20000"'))
     data = mujoco.MjData(model)
-    hand, box, sensors = data.joint("lift").qpos, data.body("object").xpos, [data.sensor(side).data for side in SIDES]
+    hand, box, sensors, ctrl = data.joint("lift").qpos, data.body("object").xpos, [data.sensor(side).data for side in SIDES], data.ctrl
     steps = round(END_S / DT_S)
     noise = (np.random.default_rng(lift.seed).standard_normal((steps, 5)) * [NOISE_MM, *[NOISE_N] * 4]).tolist()
     mujoco.mj_forward(model, data)
@@ -185,9 +188,9 @@ def run(finger, lift, control):
         forces_n = [(c[NORMAL] + a, c[FRICTION] + c[DAMPING] + b) for c, a, b in zip(contacts, of_forces[::2], of_forces[1::2])]
         before_mm, seen_mm = seen_mm, 1e3 * (lags_m[-1] - lags_m[0]) + of_place
         control.step(time, forces_n, seen_mm - before_mm)
-        data.ctrl[:] = height_m(time, control.strokes), *[control.grip_n * smooth(time, 0, 0.8 * CLOSE_S)] * 2
+        ctrl[0], ctrl[1:] = height_m(time, control.strokes), control.grip_n * smooth(time, 0, 0.8 * CLOSE_S)
         mujoco.mj_step(model, data)
-        lags_m.append(hand[0] - box[2])
+        lags_m.append(float(hand[0] - box[2]))
         if time < READY_S:
             ready_m, rest_m = lags_m[-1], box[2]
             continue
@@ -210,10 +213,10 @@ CONTROLLERS = {
 }
 
 
-def compared(finger, lifts, controllers=CONTROLLERS, tell=lambda lift, seen: None):
+def compared(finger, lifts, controllers=CONTROLLERS, tell=lambda done: None):
     """Of each controller the grip over the least one and the slip, m, in lifts that held, and the number of drops."""
     seen = {name: dict(ratios=[], slips_m=[], drops=0) for name in controllers}
-    for lift in lifts:
+    for done, lift in enumerate(lifts, 1):
         least = least_n(finger, lift)
         for name, made in controllers.items():
             is_lost, slip_m, normal_n = run(finger, lift, made(finger, lift))
@@ -222,13 +225,14 @@ def compared(finger, lifts, controllers=CONTROLLERS, tell=lambda lift, seen: Non
             else:
                 seen[name]["ratios"].append(normal_n / least)
                 seen[name]["slips_m"].append(slip_m)
-        tell(lift, seen)
+        tell(done)
     return seen
 
 
 def table(seen, lifts):
     """The comparison as Markdown."""
-    lines = [f"| controller | grip over the least one, median | 90 % | drops in {lifts} lifts | largest slip without a drop, mm |", "|---|---|---|---|---|"]
+    lines = [f"| controller | grip over the least one, median | 90 % | drops in {lifts} lifts | largest slip without a drop, mm |"]
+    lines.append("|---|---|---|---|---|")
     for name, of in seen.items():
         half, most = np.percentile(of["ratios"] or [np.nan], [50, 90])
         lines.append(f"| {name} | {half:.2f} | {most:.2f} | {of['drops']} | {1e3 * max(of['slips_m'], default=np.nan):.2f} |")
@@ -240,19 +244,13 @@ def main():
     parser.add_argument("--lifts", type=int, default=200, help="how many lifts, each with every controller (200)")
     parser.add_argument("--seed", type=int, default=1, help="of the draw of the lifts (1)")
     parser.add_argument("--finger", choices=FILES, default="bed", help="what the fingers are; the observer's model is the bed")
-    parser.add_argument("--tune", action="store_true", help="in place of the table thresholds on dF/dt, on the lifts of another seed")
+    parser.add_argument("--tune", action="store_true", help="compare thresholds on dF/dt instead, on the lifts of another seed")
     arguments = parser.parse_args()
     lifts = drawn(arguments.lifts, arguments.seed + 1000 * arguments.tune)
     controllers = CONTROLLERS
     if arguments.tune:
         controllers = {f"dF/dt below -{share:g} of its largest": lambda finger, lift, share=share: Rate(share) for share in SHARES}
-    done = []
-
-    def tell(lift, seen):
-        done.append(lift)
-        print(f"\rlift {len(done)} of {len(lifts)}", end="", file=sys.stderr, flush=True)
-
-    seen = compared(arguments.finger, lifts, controllers, tell)
+    seen = compared(arguments.finger, lifts, controllers, lambda done: print(f"lift {done} of {len(lifts)}", end="\r", file=sys.stderr, flush=True))
     print(file=sys.stderr)
     print(table(seen, len(lifts)))
 
