@@ -94,7 +94,7 @@ class Fixed:
     """A grip that stays. Other controllers change ``grip_n`` in :meth:`step`, which takes the time, s, normal force and friction of
     both fingers, N, and the way of the hand against the box since the step before, mm."""
 
-    #: Whether the hand strokes the box downwards before it lifts it.
+    #: Whether the hand strokes the box downwards before it lifts it. It then has the way of its encoders, as if the box stood still.
     strokes = False
 
     def __init__(self, grip_n):
@@ -152,7 +152,7 @@ class Stroked(Observed):
         if time < READY_S:
             told = [o.step(n, f, 0.0, slide_mm, 0.0, dt_s=DT_S) for o, (n, f) in zip(self.observers, forces_n)]
             self.strengths = [t.strength_low for t in told]
-        # The forces, smoothed over 7 ms.
+        # The forces, smoothed over 5 ms.
         self.now_n = [(n + 0.3 * (m - n), f + 0.3 * (g - f)) for (n, f), (m, g) in zip(self.now_n, forces_n)]
         if time > READY_S:
             self.follow(min(1 - abs(f) / (s * np.interp(n, self.normal_n, self.friction_n) + 1e-6) for s, (n, f) in zip(self.strengths, self.now_n)))
@@ -186,7 +186,7 @@ def run(finger, lift, control):
     for i, (of_place, *of_forces) in enumerate(noise):
         time, contacts = i * DT_S, [sensor.tolist() for sensor in sensors]
         forces_n = [(c[NORMAL] + a, c[FRICTION] + c[DAMPING] + b) for c, a, b in zip(contacts, of_forces[::2], of_forces[1::2])]
-        before_mm, seen_mm = seen_mm, 1e3 * (lags_m[-1] - lags_m[0]) + of_place
+        before_mm, seen_mm = seen_mm, 1e3 * (hand[0] if control.strokes else lags_m[-1] - lags_m[0]) + of_place
         control.step(time, forces_n, seen_mm - before_mm)
         ctrl[0], ctrl[1:] = height_m(time, control.strokes), control.grip_n * smooth(time, 0, 0.8 * CLOSE_S)
         mujoco.mj_step(model, data)
