@@ -17,6 +17,7 @@ def test_the_observer_lifts_a_slippery_box_that_a_fixed_grip_drops():
     assert normal_n < 1.8 * unknown.least_n("bed", SLIPPERY), normal_n
 
 
+@pytest.mark.nightly
 def test_the_least_grip_is_the_least():
     """A box is dropped below it, slides at it, and stays above it."""
     least = unknown.least_n("bed", SLIPPERY)
@@ -27,7 +28,7 @@ def test_the_least_grip_is_the_least():
 
 @pytest.fixture(scope="module")
 def compared():
-    lifts = unknown.drawn(16, 1)
+    lifts = unknown.drawn(20, 1)
     seen = unknown.compared("bed", lifts)
     print(unknown.table(seen, len(lifts)))
     return seen
@@ -42,5 +43,6 @@ def test_an_observer_drops_less_than_a_fixed_grip_and_presses_less_than_a_safe_o
     stroked, without, expected, weakest, rate, known = compared.values()
     assert known["drops"] == 0 and half(known) == pytest.approx(1.1, abs=0.02)
     assert stroked["drops"] == without["drops"] == weakest["drops"] == 0
-    assert expected["drops"] >= 2 and rate["drops"] >= 2
-    assert half(stroked) < 1.8 and half(stroked) < half(without) < half(weakest)
+    assert expected["drops"] >= 4 and rate["drops"] >= 1
+    assert half(stroked) < 1.6 and max(stroked["slips_m"]) < 1e-3
+    assert 1.2 * half(stroked) < half(expected) < half(without) < half(weakest) < half(rate)
