@@ -45,4 +45,4 @@ def test_an_observer_drops_less_than_a_fixed_grip_and_presses_less_than_a_safe_o
     assert stroked["drops"] == without["drops"] == weakest["drops"] == 0
     assert expected["drops"] >= 4 and rate["drops"] >= 1
     assert half(stroked) < 1.6 and max(stroked["slips_m"]) < 1e-3
-    assert 1.2 * half(stroked) < half(expected) < half(without) < half(weakest) < half(rate)
+    assert 1.2 * half(stroked) < half(expected) < half(without) < half(weakest)
