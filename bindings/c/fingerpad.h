@@ -498,6 +498,8 @@ typedef struct {
   float curve[5];
   // Slide over which that error is correlated, over the slip length, 0.01 to 10.
   float correlation;
+  // Standard deviation of the model's stick ratio at a share of the limit, 0.005 to 1, for readings with a stick ratio.
+  float stick_error;
   // Error of friction that is gained while the normal force changes by a factor of e, share, 0 to 1.
   float press_error;
   // Time constant of the force sensor, s, 0 to 1.
@@ -539,6 +541,10 @@ typedef struct {
   float friction_covariance_n2[3];
   // Covariance of the measured position (not of the slide), mm^2: xx, yy, xy.
   float slide_covariance_mm2[3];
+  // Share of the contact area that sticks, from the shear field of a tactile skin.
+  float stick_ratio;
+  // Variance of its noise; 0 where it is not measured.
+  float stick_variance;
   // Time since the last reading, s.
   float dt_s;
 } fingerpad_margin_reading;
@@ -950,7 +956,7 @@ int32_t fingerpad_frame_patches(const fingerpad_pad *pad,
                                 fingerpad_frame_patch *patches,
                                 size_t count);
 
-// Surfaces within a factor of 1.8, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band of
+// Surfaces within a factor of 2, stiffness within 15 %, the errors of the shipped model, sensors without lag, play and drift, a band of
 // 95 %, 50 ms ahead.
 int32_t fingerpad_margin_settings_default(fingerpad_margin_settings *settings);
 
