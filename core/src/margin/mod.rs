@@ -11,8 +11,8 @@
 //! closed form. What model, zero and drift of the sensors have in common, an error that changes slowly along the slide, is one state of
 //! a Kalman filter whose gain is the same for all twins.
 //!
-//! The share of the contact that sticks, which a tactile skin can measure, tells how much of the limit is used, whatever finger and
-//! surface are. Only its present value counts.
+//! The share of the contact that sticks, which a tactile skin can measure, tells how much of the limit is used, whatever the
+//! surface is. Only its present value counts.
 
 mod input;
 mod posterior;

@@ -277,11 +277,11 @@ extern "C" fn observed(b: &mut MarginBench<'_>, s: &[f32; 4]) {
 /// Readings at 1 kHz, mostly without the end of a block, and readings that all end one.
 fn margin(samples: &[[f32; 4]]) -> Result<(), Error> {
     let observer = MarginObserver::new(&fingerpad_firmware::model()?, MarginSettings::default())?;
-    for (what, stick_variance) in [
-        ("margin observer, a block in each reading", 0.0),
-        ("margin observer, also the stick ratio", 0.01),
-    ] {
-        let mut bench = MarginBench { observer: observer.clone(), answer: Margin::default(), dt_s: 0.2, stick_variance };
+    for (what, stick_variance) in
+        [("margin observer, a block in each reading", 0.0), ("margin observer, also the stick ratio", 0.01)]
+    {
+        let mut bench =
+            MarginBench { observer: observer.clone(), answer: Margin::default(), dt_s: 0.2, stick_variance };
         print(what, count(observed, &mut bench, samples));
         black_box(&bench.answer);
     }
