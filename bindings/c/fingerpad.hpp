@@ -575,7 +575,7 @@ private:
     typename Kind::Frame contact_{};
 };
 
-/* Contacts of a bed, or of a pad that does not relax (`Code::buffer` for another), and of any of both. */
+/* Contacts of a bed, or of a pad that does not relax (`Code::buffer` for another). The second serves any bed and any pad. */
 using FrameContact = FrameContactOf<detail::Prompt>;
 using RelaxingFrameContact = FrameContactOf<detail::Relaxes>;
 
