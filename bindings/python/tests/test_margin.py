@@ -9,7 +9,7 @@ import pytest
 import fingerpad
 from fingerpad import InputError, MarginObserver, Model, Status
 
-DIGEST = 0xD236B49B
+DIGEST = 0x6D03790B
 KNOWN = ["no_contact", "prior", "part", "strength"]
 
 

@@ -12,7 +12,7 @@
 //! a Kalman filter whose gain is the same for all twins.
 //!
 //! The share of the contact that sticks, which a tactile skin can measure, tells how much of the limit is used, whatever the
-//! surface is. Only its present value counts.
+//! surface is, while friction grows. After a turn back all sticks under a large friction; what the share told before then counts on.
 
 mod input;
 mod posterior;
@@ -66,6 +66,9 @@ const SURPRISE_ALONE: f32 = 64.0;
 const STEEP: f32 = 3.0;
 /// Slope of the stick ratio over the share of the limit that is used.
 const STICK_SLOPE: f32 = 1.2;
+/// Share of the largest friction by which it falls where the slide turns back, and a rise of the stick ratio beside its noise.
+const FALLS: f32 = 0.1;
+const RISES: f32 = 0.05;
 /// Least variance of a force that counts, N².
 const LEAST_N2: f32 = 1e-10;
 
@@ -178,6 +181,9 @@ pub struct MarginObserver<'a, const M: usize, const N: usize> {
     /// The stick ratio that is expected, and that of the last block, if it was measured.
     sticks: Curves,
     stick: Option<Stick>,
+    /// Largest friction since the touch or a change of the surface, N, and whether friction grows from there.
+    largest_n: f32,
+    grows: bool,
     /// Prior of the stiffness factor, which earlier contacts improve.
     stiffness: Normal,
     /// The common error: its part of the measured friction, N, and its variance, N².
@@ -227,6 +233,8 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             posterior: Posterior::new(&evidence, stiffness, settings.strength, None),
             sticks: Curves::of(model),
             stick: None,
+            largest_n: 0.0,
+            grows: true,
             stiffness,
             error_n: [0.0; 2],
             error_n2: 0.0,
@@ -261,7 +269,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         }
         (self.touches, self.in_range) = (false, true);
         (self.of_shear_n, self.depth_mm, self.normal_n, self.peak_n) = (0.0, 0.0, 0.0, 0.0);
-        (self.gathered, self.stick) = (Gathered::default(), None);
+        self.gathered = Gathered::default();
         (self.here_mm, self.delayed_mm, self.ahead) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         self.reopen(self.settings.tare_n * self.settings.tare_n);
     }
@@ -280,6 +288,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             twin.error_n = [0.0; 2];
         }
         (self.error_n, self.error_n2) = ([0.0; 2], error_n2);
+        (self.stick, self.largest_n, self.grows) = (None, 0.0, true);
         self.judge();
     }
 
@@ -459,7 +468,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             let by = if in_range { per_total } else { 0.0 };
             evidence.add(remembered, (measured[0] * x + measured[1] * y) * by, (x * x + y * y) * by);
         }
-        self.stick = self.measured_stick(&g, friction_n2);
+        self.follow_stick(&g, friction_n2, amount, turns);
         let changed = surprise > SURPRISE_ALONE || surprise > SURPRISE && self.surprised;
         self.surprised = surprise > SURPRISE;
         let [low, high] = self.band;
@@ -475,22 +484,33 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         changed
     }
 
-    /// The mean stick ratio of a block. Noise and zero of friction, of which the variance is `friction_n2`, count as its errors.
-    fn measured_stick(&self, block: &Gathered, friction_n2: f32) -> Option<Stick> {
+    /// Takes the mean stick ratio of a block, if friction grows beyond all before. Noise and zero of friction count as its errors.
+    ///
+    /// * `friction_n2`, `amount_n`: variance of the block's friction and its size
+    fn follow_stick(&mut self, block: &Gathered, friction_n2: f32, amount_n: f32, turns: bool) {
         let [number, sum, variances] = block.stick;
-        if number == 0.0 || !self.in_range {
-            return None;
+        let (ratio, noise2) = (sum / number, variances / (number * number));
+        let falls_n = (FALLS * self.largest_n).max(NOTICED * sqrt(friction_n2.magnitude()));
+        // A share that sticks again tells of a turn that the encoders do not yet.
+        let rises = self.stick.as_ref().is_some_and(|s| ratio - s.ratio > NOTICED * sqrt(noise2.magnitude()) + RISES);
+        if turns || rises || amount_n < self.largest_n - falls_n {
+            self.grows = false;
+        }
+        if amount_n > self.largest_n + if self.grows { 0.0 } else { falls_n } {
+            (self.largest_n, self.grows) = (amount_n, true);
+        }
+        if number == 0.0 || !self.in_range || !self.grows {
+            return;
         }
         let Settings { stick_error, tare_n, .. } = self.settings;
         let limit_n = (self.model.limit_at(self.depth_mm) * Elementary::exp(self.posterior.logarithm.mean)).max(1e-4);
         let of_force = STICK_SLOPE * STICK_SLOPE * (friction_n2 + tare_n * tare_n) / (limit_n * limit_n);
-        let variance = variances / (number * number) + stick_error * stick_error + of_force;
-        Some(Stick {
-            ratio: sum / number,
-            per_variance: 1.0 / variance,
+        self.stick = Some(Stick {
+            ratio,
+            per_variance: 1.0 / (noise2 + stick_error * stick_error + of_force),
             used: self.used(self.load.now),
             curve: self.sticks.at(self.depth_mm / self.model.depth_max_mm()),
-        })
+        });
     }
 
     /// Friction over that of full slip at a strength factor of 1.

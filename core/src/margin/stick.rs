@@ -39,6 +39,9 @@ fn pull<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32
     let mut curve = [1.0, 0.75, 0.5, 0.25, 0.0];
     let (mut next, mut before) = (1usize, (0.0, 1.0));
     for k in 0..STEPS {
+        if next == 4 {
+            break;
+        }
         let slide_increment_mm = [if k == 0 { 0.0 } else { by }, 0.0];
         let motion = Motion { depth_mm, slide_increment_mm, spin_increment_rad: 0.0, dt_s: 1e-3 };
         let r = model.step(&mut state, motion);

@@ -7,7 +7,7 @@ use fingerpad::{Drive, Error, Model, Normal, State, Status, Tangential, Tuning};
 use proptest::prelude::*;
 
 /// Of [`the_bits_of_a_story`].
-const DIGEST: u32 = 0xd236_b49b;
+const DIGEST: u32 = 0x6d03_790b;
 
 type Observer<'a> = MarginObserver<'a, 4, 37>;
 
@@ -145,6 +145,34 @@ fn a_skin_that_always_says_stick_does_not_hide_slip() {
             last = observer.step(Reading { stick_ratio: 1.0, stick_variance: 1e-4, ..rig.read(0.8, [4e-3, -2e-3]) });
         }
         assert!(rig.margin == 0.0 && last.margin_low < 0.05, "{strength}: {last:?}");
+    }
+}
+
+/// To and fro, and in a circle, with the share that sticks: after a turn all sticks under a large friction.
+#[test]
+fn the_share_that_sticks_does_not_deceive_after_a_turn() {
+    let data = shipped();
+    let model = data.model().unwrap();
+    for (stiffness, strength) in [(1.0, 0.5), (1.15, 1.0), (0.9, 2.0)] {
+        for circle in [false, true] {
+            let (mut rig, mut observer) = (Rig::new(&model, stiffness, strength), observer(&model));
+            rig.stick_noise = 0.05;
+            rig.pull(&mut observer, 0.3);
+            let mut worst = 0.0f32;
+            for k in 0..2000u16 {
+                let turn = f32::from(k) * core::f32::consts::TAU / 500.0;
+                let by = match (circle, k / 250 % 2) {
+                    (true, _) => [4e-3 * turn.cos(), 4e-3 * turn.sin()],
+                    (false, 0) => [-4e-3, 2e-3],
+                    (false, _) => [4e-3, -2e-3],
+                };
+                let m = observer.step(rig.read(0.8, by));
+                worst = worst.max(m.margin_low - rig.margin);
+                assert!(m.strength_low < 1.05 * strength, "{strength} {circle} {k}: {m:?}");
+            }
+            println!("{strength} {circle}: {worst}");
+            assert!(worst < 0.1, "{strength} {circle}: {worst}");
+        }
     }
 }
 
