@@ -23,8 +23,7 @@ pub struct Reading {
     pub friction_covariance_n2: [f32; 3],
     /// Covariance of the noise of the measured position (not of the increment), mm²: xx, yy, xy.
     pub slide_covariance_mm2: [f32; 3],
-    /// Share of the contact area that sticks, from the shear field of a tactile skin, while the slide goes on one way. After a turn back it says
-    /// nothing until friction exceeds its former peak.
+    /// Share of the contact area that sticks, from the shear field of a tactile skin. It counts where friction is larger than before.
     pub stick_ratio: f32,
     /// Variance of its noise; 0 where it is not measured.
     pub stick_variance: f32,
