@@ -388,23 +388,27 @@ fn a_path_of_many_rows_is_followed() {
 fn a_log_with_the_share_that_sticks_tells_more() {
     let folder = Folder::new();
     let log = fs::read_to_string(crate::common::package().join("data/examples/margin-log.csv")).unwrap();
-    let with = |cell: &str| {
+    let with = |cell: &dyn Fn(f64) -> f64| {
         let mut lines = log.lines();
         let first = format!("{},stick_ratio\n", lines.next().unwrap());
-        lines.fold(first, |text, line| text + line + "," + cell + "\n")
+        let t_s = |line: &str| line.split(',').next().unwrap().parse().unwrap();
+        lines.fold(first, |text, line| text + line + &format!(",{}\n", cell(t_s(line))))
     };
+    // The log is a pull from 0.2 s on, near full slip at its end.
+    let falls = |t_s: f64| 1.0 - 0.9 * ((t_s - 0.2).max(0.0) / 1.2).powf(1.3);
     folder.write("log.csv", &log);
-    folder.write("skin.csv", with("0.5"));
-    folder.write("broken.csv", with("nan"));
+    folder.write("skin.csv", with(&falls));
+    folder.write("broken.csv", with(&|_| f64::NAN));
     folder.done("eval --observe log.csv --out without.csv");
     folder.done("eval --observe skin.csv --out with.csv");
     folder.done("eval --observe skin.csv --stick-noise 10 --out hardly.csv");
     let width = |file: &str| {
-        let [low, high] = ["strength_low", "strength_high"].map(|name| folder.column(file, name)[150]);
+        let [low, high] = ["strength_low", "strength_high"].map(|name| folder.column(file, name)[160]);
+        assert!(low < 1.0 && 1.0 < high, "{file}: {low} to {high}");
         (high / low).ln()
     };
-    assert!(width("with.csv") < 0.8 * width("without.csv"), "{} {}", width("with.csv"), width("without.csv"));
+    assert!(width("with.csv") < 0.7 * width("without.csv"), "{} {}", width("with.csv"), width("without.csv"));
     assert!((width("hardly.csv") / width("without.csv") - 1.0).abs() < 0.05);
-    folder.refused("eval --observe broken.csv --out o.csv", &["stick_ratio", "nan"]);
+    folder.refused("eval --observe broken.csv --out o.csv", &["stick_ratio", "NaN"]);
     folder.refused("eval --observe skin.csv --stick-noise 0 --out o.csv", &["--stick-noise 0"]);
 }
