@@ -21,9 +21,8 @@
 //! positive numbers beside the diagonal, and no negative sums of a row or a column (Kaluza 1928). For such a matrix the sum of f(v) du is not
 //! negative for any rising f with f(0) = 0 (Willems and Brockett 1968). With q = 0 the energy above is exact, with q and one branch too; with
 //! more branches its last term stands for their mean, and enters only the change of the normal force by a change of the stiffness with depth.
-//! As without branches, a normal force below 0 counts as 0; near lift-off of a sheared contact that gives away up to 2e-5 of the work. A
-//! single step in which depth and slide change together may return up to 2e-4 of what its path exchanges more than was stored. All
-//! 48 000 closed paths of the test lost at least 1.4 %.
+//! As without branches, a normal force below 0 counts as 0; near lift-off of a sheared contact that gives away up to 2e-5 of the work.
+//! All 48 000 closed paths of the test lost at least 1.4 %.
 
 use core::fmt::Debug;
 
@@ -369,44 +368,78 @@ mod tests {
         energy
     }
 
-    /// Follows closed paths of depth, slide and spin, in steps over four decades of time, some of no time, none or a very long one. Returns the
-    /// least work less what is stored, over what is exchanged. In double precision checks each step as well, which may return up to 2e-4 of
-    /// what the path exchanges.
-    ///
-    /// * `strengths`: whether the strength changes on the way, for springs without odd term, whose change does work
-    fn least_loss<const P: usize, T: Elementary>(data: &Data, strengths: bool, paths: u32) -> f64 {
-        let data: DataOf<SPRINGS, NODES, T> = Data { odd: if strengths { 0.0 } else { data.odd }, ..*data }.cast();
-        let mut random = Random(17);
-        let (mut least, mut lost, mut worst) = (f64::INFINITY, 0.0, 0.0f64);
-        for _ in 0..paths {
+    /// A closed path of depth, slide and spin, from the air into the air.
+    #[derive(Clone, Copy)]
+    struct Cycle {
+        branches: [Branch<f64>; BRANCHES],
+        /// x, y, angle, depth; the time of each step to there, s; and the strength factor on the way.
+        corners: [([f64; 4], f64, f64); 8],
+        seed: u64,
+    }
+
+    /// Work of a cycle less what is stored after it, and the least of a single step, in double precision; over what is exchanged, mJ.
+    struct Balance {
+        work: f64,
+        kept: f64,
+        of_step: f64,
+        exchanged: f64,
+    }
+
+    const AIR: [f64; 4] = [0.0, 0.0, 0.0, -0.1];
+
+    impl Cycle {
+        /// * `strengths`: whether the strength changes on the way
+        fn any<const P: usize>(random: &mut Random, strengths: bool) -> Self {
             let most = if strengths { [2.0, 1.0, 3.0] } else { [1.0, 0.6, 0.6] };
             let branches = core::array::from_fn(|i| Branch {
-                share: T::near(random.between(0.0, most[i])),
-                time_s: T::near([1e-4, 1e-2, 1.0][i] * 100f64.powf(random.between(0.0, 1.0))),
+                share: random.between(0.0, most[i]),
+                time_s: [1e-4, 1e-2, 1.0][i] * 100f64.powf(random.between(0.0, 1.0)),
             });
-            let relaxation = Relaxation { branches };
-            let model = data.model_unchecked().with_relaxation(&relaxation).unwrap();
-            let mut state = State::<P, T>::relaxing();
-            state.set_strength_factor(T::near(random.between(0.5, 1.5)));
-            let start = [0.0, 0.0, 0.0, -0.1];
-            let (mut from, mut at) = (start, start.map(T::near));
-            let (mut work, mut exchanged) = (0.0, 0.0);
-            let (mut work_before, mut before, mut at_once) = (0.0, 0.0, 0.0f64);
-            for corner in 0..8 {
-                if strengths {
-                    state.set_strength_factor(T::near(random.between(0.5, 1.5)));
-                }
+            let first = random.between(0.5, 1.5);
+            let corners = core::array::from_fn(|corner| {
                 let reach = [0.1, 1.0, 6.0][corner % 3];
-                let to = match corner {
-                    7 => start,
-                    _ => [
-                        random.between(-reach, reach),
-                        random.between(-reach, reach),
-                        if P == 1 { 0.0 } else { random.between(-0.3, 0.3) },
-                        random.between(-0.2, 2.4),
-                    ],
-                };
-                let pace = 10f64.powf(random.between(-5.0, -1.0));
+                let to = [
+                    random.between(-reach, reach),
+                    random.between(-reach, reach),
+                    if P == 1 { 0.0 } else { random.between(-0.3, 0.3) },
+                    random.between(-0.2, 2.4),
+                ];
+                let strength = if strengths { random.between(0.5, 1.5) } else { first };
+                (if corner == 7 { AIR } else { to }, 10f64.powf(random.between(-5.0, -1.0)), strength)
+            });
+            Self { branches, corners, seed: random.0 }
+        }
+
+        /// The cycle with one corner, its pace or a branch changed.
+        fn varied<const P: usize>(&self, random: &mut Random, amount: f64) -> Self {
+            let mut this = *self;
+            let mut by = |size: f64| amount * random.between(-size, size);
+            let branch = &mut this.branches[(self.seed % 3) as usize];
+            branch.share = (branch.share + by(1.0)).clamp(0.01, 3.0);
+            branch.time_s = (branch.time_s * by(2.0).exp()).clamp(1e-4, 100.0);
+            let (to, pace, _) = &mut this.corners[(self.seed % 7) as usize];
+            let [x, y, angle, depth] = *to;
+            let turn = if P == 1 { 0.0 } else { angle + by(0.3) };
+            *to = [x + by(1.0), y + by(1.0), turn, (depth + by(1.0)).clamp(-0.2, 2.4)];
+            *pace = (*pace * by(3.0).exp()).clamp(1e-5, 0.1);
+            this.seed = random.0;
+            this
+        }
+
+        /// Follows the cycle in steps over four decades of time, a few of no time, none or a very long one. None for branches that the bed
+        /// refuses.
+        fn follow<const P: usize, T: Elementary>(&self, data: &DataOf<SPRINGS, NODES, T>) -> Option<Balance> {
+            let mut random = Random(self.seed);
+            let relaxation = Relaxation {
+                branches: self.branches.map(|b| Branch { share: T::near(b.share), time_s: T::near(b.time_s) }),
+            };
+            let model = data.model_unchecked().with_relaxation(&relaxation).ok()?;
+            let mut state = State::<P, T>::relaxing();
+            let (mut from, mut at) = (AIR, AIR.map(T::near));
+            let (mut before, mut balance) =
+                (0.0, Balance { work: 0.0, kept: f64::INFINITY, of_step: 0.0, exchanged: 0.0 });
+            for (to, pace, strength) in self.corners {
+                state.set_strength_factor(T::near(strength));
                 for step in 1..=100 {
                     let share = f64::from(step) / 100.0;
                     let next: [T; 4] = core::array::from_fn(|k| T::near(from[k] + share * (to[k] - from[k])));
@@ -425,40 +458,78 @@ mod tests {
                         dt_s: T::near(dt_s),
                     };
                     let r = model.step(&mut state, motion);
-                    let [x, y] = r.friction_n;
-                    let forces = [x, y, r.spin_moment_n_mm, r.normal_force_n];
-                    for (force, by) in forces.iter().zip(by).take(if P == 1 { 2 } else { 3 }) {
-                        let done = force.to_f64() * by.to_f64();
-                        work += done;
-                        exchanged += done.abs();
-                    }
-                    let done = r.normal_force_n.to_f64() * by[3].to_f64();
-                    work += done;
-                    exchanged += done.abs();
-                    let forces_work = work - work_before;
-                    work_before = work;
+                    let turned = if P == 1 { T::of(0.0) } else { r.spin_moment_n_mm };
+                    let forces = [r.friction_n[0], r.friction_n[1], turned, r.normal_force_n];
+                    let parts = forces.iter().zip(by).map(|(force, by)| force.to_f64() * by.to_f64());
+                    let (done, moved) = parts.fold((0.0, 0.0), |(sum, all), part| (sum + part, all + part.abs()));
+                    (balance.work, balance.exchanged) = (balance.work + done, balance.exchanged + moved);
                     at = next;
                     if size_of::<T>() == 8 {
-                        let (now, total) = (stored(&model, &state), forces_work);
-                        at_once = at_once.min(total - (now - before));
+                        let now = stored(&model, &state);
+                        balance.of_step = balance.of_step.min(done - (now - before));
                         before = now;
                     }
                 }
-                let loss = work - stored(&model, &state);
-                if exchanged > 0.01 {
-                    least = least.min(loss / exchanged);
+                if balance.exchanged > 0.01 {
+                    balance.kept = balance.kept.min((balance.work - stored(&model, &state)) / balance.exchanged);
                 }
                 from = to;
             }
-            worst = worst.min(at_once / exchanged.max(0.01));
-            lost += work / exchanged.max(1e-9) / f64::from(paths);
+            balance.of_step /= balance.exchanged.max(0.01);
+            Some(balance)
+        }
+    }
+
+    /// The numbers of a bed; where the strength changes without the odd term of its springs, since a change of that does work.
+    fn numbers<T: Elementary>(data: &Data, strengths: bool) -> DataOf<SPRINGS, NODES, T> {
+        Data { odd: if strengths { 0.0 } else { data.odd }, ..*data }.cast()
+    }
+
+    /// The least work less what is stored of many cycles, over what is exchanged.
+    ///
+    /// In double precision checks each step as well. Without the odd term the energy is exact, and no step returns more than rounding. With it
+    /// and several branches it is not.
+    fn least_loss<const P: usize, T: Elementary>(data: &Data, strengths: bool, paths: u32) -> f64 {
+        let data = numbers::<T>(data, strengths);
+        let mut random = Random(17);
+        let (mut least, mut lost, mut worst) = (f64::INFINITY, 0.0, 0.0f64);
+        for _ in 0..paths {
+            let balance = Cycle::any::<P>(&mut random, strengths).follow::<P, T>(&data).unwrap();
+            (least, worst) = (least.min(balance.kept), worst.min(balance.of_step));
+            lost += balance.work / balance.exchanged.max(1e-9) / f64::from(paths);
         }
         std::println!(
             "P {P}, {} bits, strengths {strengths}: least {least:+.2e}, mean {lost:.3}, step {worst:+.1e}",
             8 * size_of::<T>()
         );
         assert!(lost > 0.1, "the mean loss is {lost}");
-        assert!(worst > -3e-4, "a step: {worst:e}");
+        assert!(worst >= if strengths { -1e-9 } else { -2e-4 }, "a step: {worst:e}");
+        least
+    }
+
+    /// Climbs from many cycles towards one that gains work. Returns the least loss that is found.
+    fn climbed<const P: usize>(data: &Data, strengths: bool, climbs: u32, steps: u32) -> f64 {
+        let data = numbers::<f64>(data, strengths);
+        let mut random = Random(29);
+        let loss = |cycle: &Cycle| {
+            let balance = cycle.follow::<P, f64>(&data).filter(|balance| balance.exchanged > 0.1);
+            balance.map_or(f64::INFINITY, |balance| balance.kept)
+        };
+        let mut least = f64::INFINITY;
+        for _ in 0..climbs {
+            let mut best = Cycle::any::<P>(&mut random, strengths);
+            let mut of_best = loss(&best);
+            for k in 0..steps {
+                let amount = 0.5 * 0.02f64.powf(f64::from(k) / f64::from(steps));
+                let next = best.varied::<P>(&mut random, amount);
+                let of_next = loss(&next);
+                if of_next < of_best {
+                    (best, of_best) = (next, of_next);
+                }
+            }
+            least = least.min(of_best);
+        }
+        std::println!("P {P}, strengths {strengths}: climbed to {least:+.2e}");
         least
     }
 
@@ -485,18 +556,47 @@ mod tests {
         assert!((0.5 * (before + after) / slope - 1.0).abs() < 1e-5, "{before} {after} {slope}");
     }
 
+    fn beds() -> [Data; 2] {
+        let shipped = ModelFile::new(include_bytes!("../tests/data/fingertip.fpm")).unwrap();
+        [*shipped.file().model.data(), crate::build::Params::example().try_build().unwrap()]
+    }
+
     fn no_path_yields_work(paths: u32) {
-        let shipped = *ModelFile::new(include_bytes!("../tests/data/fingertip.fpm")).unwrap().file().model.data();
-        for data in [shipped, crate::build::Params::example().try_build().unwrap()] {
-            for strengths in [false, true] {
-                let double =
-                    [least_loss::<1, f64>(&data, strengths, paths), least_loss::<2, f64>(&data, strengths, paths)];
-                assert!(double.iter().all(|least| *least > -1e-5), "{double:?}");
-                let single =
-                    [least_loss::<1, f32>(&data, strengths, paths), least_loss::<2, f32>(&data, strengths, paths)];
-                assert!(single.iter().all(|least| *least > -3e-4), "{single:?}");
-            }
+        for (data, strengths) in beds().iter().flat_map(|data| [(data, false), (data, true)]) {
+            let double = [least_loss::<1, f64>(data, strengths, paths), least_loss::<2, f64>(data, strengths, paths)];
+            assert!(double.iter().all(|least| *least > -1e-5), "{double:?}");
+            let single = [least_loss::<1, f32>(data, strengths, paths), least_loss::<2, f32>(data, strengths, paths)];
+            assert!(single.iter().all(|least| *least > -3e-4), "{single:?}");
         }
+    }
+
+    #[test]
+    #[ignore = "nightly"]
+    fn no_cycle_that_a_search_climbs_to_yields_work() {
+        for (data, strengths) in beds().iter().flat_map(|data| [(data, false), (data, true)]) {
+            let least = [climbed::<1>(data, strengths, 4, 1000), climbed::<2>(data, strengths, 4, 1000)];
+            assert!(least.iter().all(|least| *least > -1e-5), "{least:?}");
+        }
+    }
+
+    /// A plane that leaves quickly is far from the skin, which comes back as its branches let go. It forgets nothing on the way.
+    #[test]
+    fn a_quick_retraction_forgets_nothing() {
+        let [data, _] = beds();
+        let model = data.model_unchecked().with_relaxation(&Relaxation::HUMAN_ASSUMED).unwrap();
+        let mut state = RelaxingStateOf::<SPRINGS>::relaxing();
+        let mut step = |depth_mm: f32, dt_s: f32| {
+            let r = model.step(&mut state, Motion { depth_mm, dt_s, ..Motion::default() });
+            assert_eq!(r.status, crate::Status::OK, "{depth_mm} mm");
+            r.normal_force_n
+        };
+        let held = (0..100).map(|_| step(2.0, 0.1)).last().unwrap();
+        assert!(held > 0.5, "{held}");
+        let left: f32 = (1..=400).map(|k| step(2.0 - 0.004_975 * k as f32, 1e-5)).skip(100).sum();
+        assert_eq!(left, 0.0);
+        // Shallower than the skin that lags behind: it returns, and later than in the time of the quickest branch.
+        let returns = (1..).find(|_| step(0.01, 1e-3) > 0.0).unwrap();
+        assert!((10..20_000).contains(&returns), "{returns} ms");
     }
 
     #[test]

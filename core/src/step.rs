@@ -17,8 +17,10 @@ use crate::{ForceResponse, ForceStateOf, ModelOf, Motion, Response, StateOf, Sta
 pub(crate) const TOUCH_MM: f32 = 1.0 / (1 << 20) as f32;
 /// Largest valid depth and time step, mm and s.
 const LARGEST: f32 = 1e9;
-/// Above the pressure over that of relaxed tissue that any branches reach.
+/// Above the pressure over that of relaxed tissue that any branches reach, and above the pull that skin would need to follow a plane that has
+/// left it.
 const MOST_PRESSURE: f32 = 1e3;
+const MOST_PULL: f32 = 1e12;
 
 /// Advances a contact by one step. Cannot fail, panic or allocate, whatever the input.
 ///
@@ -134,7 +136,7 @@ fn begin<'a, const M: usize, const N: usize, const P: usize, T: Scalar, R: Memor
     }
     let (mut at, press_slide) = AtDepth::look_up(model, state, depth, &mut status);
     if let Some(pressure) = state.memory.press(weights, at.row.normal.at(at.t), data.pressure_exponent) {
-        if !(pressure.share.magnitude() <= T::of(MOST_PRESSURE)) {
+        if !(pressure.share >= T::of(-MOST_PULL) && pressure.share <= T::of(MOST_PRESSURE)) {
             return Err(status.with(Status::MEMORY_LOST));
         }
         if !pressure.touches() {
