@@ -1,6 +1,6 @@
 //! Strokes through the core: readings of a model file, sample by sample.
 
-use fingerpad::{Contact, Effects, ModelOf, Motion};
+use fingerpad::{BedMemory, Contact, Effects, Memory, ModelOf, Motion};
 
 use crate::trajectory::Stroke;
 
@@ -9,14 +9,27 @@ const STEP_MM: f64 = 0.02;
 
 /// Readings that the core predicts along a stroke, three a sample, N: normal, x, y; appended to `out`.
 ///
-/// A stroke that begins in contact starts with the press to there.
+/// A stroke that begins in contact starts with the press to there. Tissue relaxes where the model has branches.
 pub fn replay_stroke<const M: usize, const N: usize>(
     model: &ModelOf<'_, M, N>,
     effects: &Effects<'_>,
     stroke: &Stroke,
     out: &mut Vec<f64>,
 ) {
-    let mut contact = Contact::<M>::default();
+    if model.relaxation().is_some() {
+        replay(model, effects, Contact::<M, 1, BedMemory<M>>::default(), stroke, out);
+    } else {
+        replay(model, effects, Contact::<M>::default(), stroke, out);
+    }
+}
+
+fn replay<const M: usize, const N: usize, R: Memory<M, 1, f32>>(
+    model: &ModelOf<'_, M, N>,
+    effects: &Effects<'_>,
+    mut contact: Contact<M, 1, R>,
+    stroke: &Stroke,
+    out: &mut Vec<f64>,
+) {
     let from = out.len();
     let Some(first) = stroke.samples.first() else { return };
     let (mut depth, mut t_s) = (first.depth_mm.min(0.0), stroke.start_s);

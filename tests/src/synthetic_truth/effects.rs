@@ -2,12 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::protocol::{Moment, Plan};
+use super::protocol::{Moment, Stroke};
 
 /// The state of a row.
 pub struct At<'a> {
-    /// The stroke's plan.
-    pub plan: &'a Plan,
+    /// The stroke.
+    pub stroke: &'a Stroke,
     /// Times, depth and motion.
     pub moment: &'a Moment,
     /// Elastic load, N.
@@ -97,7 +97,7 @@ impl Effect {
     pub fn act(&self, at: &At<'_>, to: &mut Influence) {
         let (a, [b, c]) = (self.amplitude, self.shape);
         let fade = |x: f64| (-x.max(0.0).powf(self.form)).exp();
-        let p = at.plan;
+        let p = &at.stroke.plan;
         let mut strength = 1.0;
         let mut stiffness = 1.0;
         match self.name {
@@ -111,7 +111,10 @@ impl Effect {
             }
             "viscous_drag" => to.drag_n_s_mm += a,
             "anisotropy" => strength += a * (2.0 * (at.moment.direction - b * PI / 180.0)).cos(),
-            "normal_relaxation" => stiffness -= a * (1.0 - fade(at.moment.contact_s / b)),
+            "normal_relaxation" => {
+                let unrelaxed = at.stroke.unrelaxed(at.moment.t_s, |since_s| fade(since_s / b));
+                stiffness -= a * (1.0 - unrelaxed);
+            }
             "contact_ageing" => strength += a * (1.0 + p.dwell_s / b).ln() * fade(at.moment.path_mm / c),
             "static_peak" => strength += a * fade(at.moment.path_mm / b),
             "occlusion_growth" => strength += a * (1.0 - fade(at.moment.occlusion_s / b)),

@@ -5,6 +5,7 @@
 
 use std::ops::ControlFlow;
 
+use fingerpad::{Branch, Relaxation};
 use fingerpad_fe::contact::RubberFriction;
 use fingerpad_fe::load_path::{Drive, LoadPathError, Path, Problem, RunOptions, Waypoint, follow};
 
@@ -34,6 +35,8 @@ fn between(rows: &[Moment], t_s: f64) -> Moment {
 
 /// Readings of the finite-element finger along a stroke: normal, x, y per row, N.
 ///
+/// A relaxation by a fraction is that of its tissue: a branch, and the rest of the stiffness is 1 less the fraction.
+///
 /// # Errors
 /// Those of the run along the path.
 pub fn readings(
@@ -42,11 +45,19 @@ pub fn readings(
     effects: &[Effect],
     scatter: &Scatter,
 ) -> Result<Vec<[f64; 3]>, LoadPathError> {
+    let (relaxing, effects): (Vec<_>, Vec<_>) =
+        effects.iter().cloned().partition(|effect| effect.name == "normal_relaxation");
+    let fraction: f64 = relaxing.iter().map(|effect| effect.amplitude).sum();
+    let relaxed = 1.0 - fraction;
+    let branch = |e: &Effect| Branch { share: (e.amplitude / relaxed) as f32, time_s: e.shape[0] as f32 };
+    let branches: Vec<Branch> = relaxing.iter().map(branch).collect();
+    let relaxation = Relaxation::new(&branches).expect("a fraction below 0.9");
+    let (problem, effects) = (&Problem { relaxation, ..problem.clone() }, &effects);
     let rows = stroke.moments();
     let law = problem.friction.unwrap_or_default();
     let factors = |m: &Moment| {
         let i = m.influence(stroke, effects, f64::NAN);
-        (i.strength * scatter.strength, i.stiffness * scatter.stiffness)
+        (i.strength * scatter.strength, i.stiffness * relaxed * scatter.stiffness)
     };
     let law_at = |t_s: f64| -> RubberFriction {
         let (strength, stiffness) = factors(&between(&rows, t_s));

@@ -80,14 +80,38 @@ pub struct Moment {
 impl Moment {
     /// What effects do at this moment, where the elastic load is `normal_n`.
     pub fn influence(&self, stroke: &Stroke, effects: &[Effect], normal_n: f64) -> Influence {
-        let at = At { plan: &stroke.plan, moment: self, normal_n };
+        let at = At { stroke, moment: self, normal_n };
         let mut out = Influence::default();
         effects.iter().for_each(|e| e.act(&at, &mut out));
         out
     }
 }
 
+/// Exponent of the load over depth by which a relaxing finger weighs its past: about that of every simulated finger.
+const LOAD_EXPONENT: f64 = 1.7;
+
 impl Stroke {
+    /// The part of the load at a time that has not relaxed, if each increase of it fades as `fade` of the time since.
+    pub fn unrelaxed(&self, t_s: f64, fade: impl Fn(f64) -> f64) -> f64 {
+        let load = |row: &StrokeRow| row.depth_mm.max(0.0).powf(LOAD_EXPONENT);
+        let (mut left, mut whole) = (0.0, 0.0);
+        for pair in self.rows.windows(2) {
+            let (from, to) = (&pair[0], &pair[1]);
+            let share = ((t_s - from.t_s) / (to.t_s - from.t_s)).clamp(0.0, 1.0);
+            let (gain, parts) = (load(to) - load(from), ((to.t_s - from.t_s) / 0.02).clamp(1.0, 8.0) as u32);
+            if gain == 0.0 {
+                continue;
+            }
+            for k in 0..parts {
+                let place = share * (f64::from(k) + 0.5) / f64::from(parts);
+                let since_s = t_s - from.t_s - place * (to.t_s - from.t_s);
+                left += gain * share * fade(since_s) / f64::from(parts);
+            }
+            whole += gain * share;
+        }
+        if whole > 1e-9 { left / whole } else { 1.0 }
+    }
+
     /// Rows with what follows from the slide: direction, path, path since the turn; one entry per row.
     pub fn moments(&self) -> Vec<Moment> {
         let (mut path_mm, mut turn_mm, mut heading) = (0.0, 0.0, [0.0f64; 2]);

@@ -10,6 +10,7 @@ pub mod finger_law;
 pub mod prediction;
 pub mod prior;
 pub mod random_effects;
+pub mod relaxation;
 pub mod residual_sums;
 pub mod row_noise;
 pub mod starting_point;

@@ -11,6 +11,7 @@ use crate::data::runs::Run;
 use crate::laws::Row;
 use crate::model::active_law::ActiveLaw;
 use crate::model::random_effects::{RandomEffect, RandomEffects};
+use crate::model::relaxation::{branch_of, factors};
 
 /// A small uniform change of all runs, by which derivatives with respect to the random effects are taken.
 #[derive(Clone, Copy, Debug)]
@@ -108,8 +109,18 @@ fn numbers(change: &mut ModelChange) -> [&mut f64; 11] {
 
 /// How many numbers of a change are factors.
 const MULTIPLIED: usize = 2;
+/// Place of the stiffness among them.
+const STIFFNESS: usize = 1;
 
 fn by_law(runs: &[Run], active: &ActiveLaw) -> Vec<(usize, Vec<f64>)> {
+    if let Some(branch) = branch_of(active) {
+        let held = |factor: f64| {
+            let mut change = ModelChange::default();
+            change.stiffen(factor);
+            change.stiffness
+        };
+        return vec![(STIFFNESS, runs.iter().flat_map(|run| factors(run, branch)).map(held).collect())];
+    }
     let rows = runs.iter().map(|r| r.rows.len()).sum();
     let untouched = numbers(&mut ModelChange::default()).map(|v| *v);
     let mut columns = untouched.map(|_| Vec::new());

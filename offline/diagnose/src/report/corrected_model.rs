@@ -1,8 +1,8 @@
 //! The model file with the effect switched on: the refitted baseline, effect slots, provenance.
 
-use fingerpad::Effects;
 use fingerpad::build::{Data, EffectSlot, Sections};
-use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, export_to_core};
+use fingerpad::{Branch, Effects, Error, Relaxation};
+use fingerpad_smooth::{CoreExport, MIDDLE_MM, ReferenceCurves, SmoothModel, export_to_core};
 
 use crate::error::DiagnoseError;
 use crate::laws::tabulation::tabulate;
@@ -10,6 +10,7 @@ use crate::laws::{OwnColumn, Place, TableSummary};
 use crate::model::active_law::ActiveLaw;
 use crate::model::core_replay::replay_all;
 use crate::model::prediction::strokes_of;
+use crate::model::relaxation::branch_of;
 use crate::report::evidence::Evidence;
 
 /// A model file with what it leaves of the held-out runs.
@@ -23,7 +24,30 @@ pub struct CorrectedModel {
     pub tables: Vec<TableSummary>,
 }
 
+/// The finger with its one law of relaxation as a branch of the tissue, and its tables those of relaxed tissue.
+///
+/// # Errors
+/// The core's reason for refusing tables or branch.
+fn relaxing(
+    [fraction, time_s]: [f64; 2],
+    smooth: &SmoothModel,
+    export: impl Fn(&SmoothModel) -> Result<CoreExport, Error>,
+) -> Result<(CoreExport, Relaxation), Error> {
+    let relaxed = 1.0 - fraction;
+    let mut smooth = smooth.clone();
+    smooth.ln_normal[0] += relaxed.ln();
+    smooth.ln_tangential[0] += relaxed.ln();
+    smooth.ln_strength[0] += smooth.load_exponent * relaxed.ln();
+    let branches = Relaxation::new(&[Branch { share: (fraction / relaxed) as f32, time_s: time_s as f32 }])?;
+    let export = export(&smooth)?;
+    export.data.model()?.with_relaxation(&branches)?;
+    Ok((export, branches))
+}
+
 /// Makes `corrected.fpm`.
+///
+/// A law of relaxation becomes a branch of the tissue, which also knows slow presses and retractions. Two of them, and one that the core
+/// refuses as a branch, stay effect slots, which know the time since touch.
 ///
 /// The tables are those of the refitted baseline. Where the core refuses them (not passive, out of range) the file is
 /// not made.
@@ -40,10 +64,21 @@ pub fn corrected_model(
     let refuse = |e: fingerpad::Error| DiagnoseError::Model(e.to_string());
     let smooth = reference.model(&evidence.parameters);
     let strokes = strokes_of(&evidence.calibration_set.runs);
-    let CoreExport { data: tables, slots: of_model } = export_to_core(data, &smooth, &strokes).map_err(refuse)?;
-    let model = tables.model().map_err(refuse)?;
+    let export = |smooth: &SmoothModel| export_to_core(data, smooth, &strokes);
+    let branches: Vec<_> = evidence.laws.iter().filter_map(branch_of).collect();
+    let as_branch = match branches[..] {
+        [branch] => relaxing(branch, &smooth, export).ok(),
+        _ => None,
+    };
+    let is_branch = as_branch.is_some();
+    let (finger, branches) = match as_branch {
+        Some(made) => made,
+        None => (export(&smooth).map_err(refuse)?, Relaxation::none()),
+    };
+    let CoreExport { data: tables, slots: of_model } = finger;
+    let model = tables.model().and_then(|model| model.with_relaxation(&branches)).map_err(refuse)?;
     let (mut slots, mut section, mut summary) = (Vec::new(), Vec::new(), Vec::new());
-    for active in &evidence.laws {
+    for active in evidence.laws.iter().filter(|active| !is_branch || branch_of(active).is_none()) {
         let Some(own) = evidence.own.find(active.law) else {
             slots.push(slot(active, &tables, reference, evidence));
             continue;
@@ -86,7 +121,7 @@ pub fn corrected_model(
         columns = of_file.collect::<Result<_, _>>().map_err(refuse)?;
     }
     let meta = meta.to_string();
-    let of_laws = Sections { tables: &section, columns: &columns, ..Sections::default() };
+    let of_laws = Sections { tables: &section, columns: &columns, relaxation: is_branch.then_some(&branches) };
     let mut bytes = vec![0; Data::file_length_with(&slots, of_laws, &meta)];
     tables.write_file_with(&slots, of_laws, &meta, &mut bytes).map_err(refuse)?;
     Ok(CorrectedModel { bytes, rms_n, tables: summary })
