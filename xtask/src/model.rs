@@ -41,17 +41,17 @@ pub fn document() -> Result<()> {
     Ok(())
 }
 
-/// The corrected model of the firmware: the shipped one after a diagnosis of a stored set (a static peak inside the law of the finite elements).
+/// The corrected model of the firmware: the shipped one after a diagnosis of a stored set (drag inside the finite elements).
 pub fn corrected() -> Result<()> {
     let dir = root().join("target/corrected");
     fs::create_dir_all(&dir)?;
-    for name in ["calibration_d.csv", "set_09.csv"] {
+    for name in ["calibration_d.csv", "set_05.csv"] {
         let packed = root().join("tests/data/fe_sets").join(format!("{name}.gz"));
         let mut from = flate2::read::GzDecoder::new(fs::File::open(packed)?);
         std::io::copy(&mut from, &mut fs::File::create(dir.join(name))?)?;
     }
     let at = "target/corrected";
-    sh(".", &format!("{PROGRAM} diagnose --calibration {at}/calibration_d.csv --measured {at}/set_09.csv --out {at}"))?;
+    sh(".", &format!("{PROGRAM} diagnose --calibration {at}/calibration_d.csv --measured {at}/set_05.csv --out {at}"))?;
     let to = Path::new("firmware-example/corrected.fpm");
     fs::copy(dir.join("corrected.fpm"), root().join(to))?;
     println!("{}", to.display());
