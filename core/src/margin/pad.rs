@@ -31,6 +31,8 @@ pub struct PadTwin<const P: usize> {
     limit_n: f32,
     /// Force along x and y by pressure on the slopes of a curved body, N.
     slope_n: [f32; 2],
+    /// Share of the limit at a strength factor of 1 that the moment of friction uses.
+    turning: f32,
 }
 
 /// Forces of a press and stiffness at a depth.
@@ -149,15 +151,19 @@ impl<B: Surface<f32> + Copy, const P: usize> Observable<PadTwin<P>> for PadOn<'_
     fn twin(&self, strength_factor: f32) -> PadTwin<P> {
         let mut state = FingerModel::fresh(self).unwrap_or(PadState::without_contact(0));
         state.set_strength_factor(strength_factor);
-        PadTwin { state, normal_n: 0.0, limit_n: 0.0, slope_n: [0.0; 2] }
+        PadTwin { state, normal_n: 0.0, limit_n: 0.0, slope_n: [0.0; 2], turning: 0.0 }
     }
     fn strength_factor(twin: &PadTwin<P>) -> f32 {
         twin.state.strength_factor()
     }
     fn step_twin(&self, twin: &mut PadTwin<P>, motion: Motion) -> TwinForces {
         let r = self.step(&mut twin.state, motion);
+        let ([x, y], strength) = (r.tangential_friction_n, twin.state.strength_factor());
+        let square = (x * x + y * y) / (r.friction_limit_n * r.friction_limit_n + 1e-12);
+        let used = 1.0 - r.slip_margin;
+        twin.turning = strength * sqrt((used * used - square).not_negative().magnitude());
         twin.normal_n = r.normal_force_n;
-        twin.limit_n = r.friction_limit_n / twin.state.strength_factor();
+        twin.limit_n = r.friction_limit_n / strength;
         twin.slope_n = [0, 1].map(|k| r.friction_n[k] - r.tangential_friction_n[k]);
         TwinForces { normal_force_n: r.normal_force_n, friction_n: r.friction_n, slip_margin: r.slip_margin }
     }
@@ -176,19 +182,21 @@ impl<B: Surface<f32> + Copy, const P: usize> Observable<PadTwin<P>> for PadOn<'_
     fn stiffness_at(&self, tables: &PadTables, depth_mm: f32) -> f32 {
         tables.at(depth_mm / self.pad.depth_max_mm(), |node| node.stiffness_n_mm)
     }
-    /// The limit follows the normal force, with and without shear; the twin gives its dependence on the direction and on the place on a
-    /// curved body.
+    /// The limit follows the normal force, with and without shear. The twin gives its dependence on the direction and on the place on a
+    /// curved body, and the share of the moment.
     fn used(&self, tables: &PadTables, twin: Option<&PadTwin<P>>, [normal, x, y]: [f32; 3], _: f32) -> f32 {
         let normal = normal.max(1e-6);
-        let (mut ratio, mut slope) = (1.0, [0.0; 2]);
+        let (mut ratio, mut slope, mut turning) = (1.0, [0.0; 2], 0.0);
         if let Some(twin) = twin
             && twin.normal_n > LEAST_N
         {
             ratio = (twin.limit_n / tables.limit_for(twin.normal_n)).max(RATIOS[0]).at_most(RATIOS[1]);
             slope = twin.slope_n.map(|force| force / twin.normal_n);
+            turning = twin.turning;
         }
         let [x, y] = [x - slope[0] * normal, y - slope[1] * normal];
-        sqrt((x * x + y * y).magnitude()) / (ratio * tables.limit_for(normal)).max(1e-9)
+        let limit = (ratio * tables.limit_for(normal)).max(1e-6);
+        sqrt(((x * x + y * y) / (limit * limit) + turning * turning).magnitude())
     }
     fn stick_ratios_at(&self, tables: &PadTables, depth_mm: f32) -> [f32; 5] {
         tables.sticks.at(depth_mm / self.pad.depth_max_mm())
