@@ -8,6 +8,7 @@ use crate::step::share_of_limit;
 use crate::{Error, ForceStateOf, ModelOf, Motion, StateOf};
 
 impl<const M: usize, const N: usize> Observable<ForceStateOf<M>> for ModelOf<'_, M, N> {
+    const TURNS: bool = false;
     type Tables = Curves;
 
     fn tables(&self) -> Result<Curves, Error> {
@@ -36,6 +37,7 @@ impl<const M: usize, const N: usize> Observable<ForceStateOf<M>> for ModelOf<'_,
         TwinForces {
             normal_force_n: forces.normal_force_n,
             friction_n: forces.friction_n,
+            spin_moment_n_mm: 0.0,
             slip_margin: forces.slip_margin,
         }
     }
@@ -60,7 +62,7 @@ impl<const M: usize, const N: usize> Observable<ForceStateOf<M>> for ModelOf<'_,
         ModelOf::stiffness_at(self, depth_mm)
     }
     #[inline]
-    fn used(&self, _: &Curves, _: Option<&ForceStateOf<M>>, [normal, x, y]: [f32; 3], of_shear_n: f32) -> f32 {
+    fn used(&self, _: &Curves, _: Option<(&ForceStateOf<M>, f32)>, [normal, x, y]: [f32; 3], of_shear_n: f32) -> f32 {
         let depth = ModelOf::depth_for_normal(self, (normal - of_shear_n).max(0.2 * normal).max(1e-6));
         let limit = ModelOf::limit_at(self, depth);
         let (row, t) = self.cell(depth);

@@ -11,6 +11,8 @@ pub struct TwinForces {
     pub normal_force_n: f32,
     /// Force along x and y, N.
     pub friction_n: [f32; 2],
+    /// Moment about the normal, N mm; 0 where twins have no spin.
+    pub spin_moment_n_mm: f32,
     /// 1 less the share of its limit that friction uses, 0 to 1.
     pub slip_margin: f32,
 }
@@ -19,6 +21,8 @@ pub struct TwinForces {
 ///
 /// Implemented by a bed ([`crate::ModelOf`]) and by a pad on a body in a pose ([`crate::pad::PadOn`]).
 pub trait Observable<S>: Copy {
+    /// Whether twins turn and have a moment about the normal.
+    const TURNS: bool;
     /// What is computed once, when an observer is made.
     type Tables: Copy + core::fmt::Debug;
 
@@ -47,10 +51,10 @@ pub trait Observable<S>: Copy {
     fn stiffness_at(&self, tables: &Self::Tables, depth_mm: f32) -> f32;
     /// Friction over that of full slip at a strength factor of 1.
     ///
-    /// * `twin`: the most likely twin
+    /// * `twin`: the most likely twin, and the strength factor of the surface under it
     /// * `forces_n`: normal force and force along x and y
     /// * `of_shear_n`: part of the normal force that is due to shear
-    fn used(&self, tables: &Self::Tables, twin: Option<&S>, forces_n: [f32; 3], of_shear_n: f32) -> f32;
+    fn used(&self, tables: &Self::Tables, twin: Option<(&S, f32)>, forces_n: [f32; 3], of_shear_n: f32) -> f32;
     /// Stick ratios in a pull at a depth, where friction is 0, 1/4, 1/2, 3/4 of the limit and all of it.
     fn stick_ratios_at(&self, tables: &Self::Tables, depth_mm: f32) -> [f32; 5];
 }

@@ -22,6 +22,7 @@ mod outcome;
 mod pad;
 mod posterior;
 mod stick;
+mod turn;
 
 pub use finger::{Observable, TwinForces};
 use gathered::{Gathered, Load, SMOOTH_S};
@@ -31,6 +32,7 @@ pub use outcome::{Known, Margin};
 pub use pad::PadTwin;
 use posterior::{Evidence, Normal, Posterior};
 use stick::Stick;
+use turn::{ARM_MM, Turn, Turned};
 
 use crate::math::{Elementary, Scalar, sqrt};
 use crate::pad::PadOn;
@@ -61,6 +63,8 @@ const SURPRISE: f32 = 25.0;
 const SURPRISE_ALONE: f32 = 64.0;
 /// Error of the model over friction where little of the limit is used, over that over the limit in full slip.
 const STEEP: f32 = 3.0;
+/// Error of the slide that a turn amounts to, share: where the finger's middle is, is not exactly known.
+const PIVOT: f32 = 0.1;
 /// Slope of the stick ratio over the share of the limit that is used.
 const STICK_SLOPE: f32 = 1.2;
 /// Share of the largest friction by which it falls where the slide turns back, and a rise of the stick ratio beside its noise.
@@ -116,6 +120,7 @@ pub struct Observer<F: Observable<S>, S, const TWINS: usize> {
     /// Largest friction of late, N.
     peak_n: f32,
     gathered: Gathered,
+    turned: Turned,
     /// Position since the last block, mm: measured, and delayed as the force.
     here_mm: [f32; 2],
     delayed_mm: [f32; 2],
@@ -165,6 +170,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
             error_n2: 0.0,
             peak_n: 0.0,
             gathered: Gathered::default(),
+            turned: Turned::default(),
             here_mm: [0.0; 2],
             delayed_mm: [0.0; 2],
             ahead: [0.0; 2],
@@ -194,6 +200,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         (self.touches, self.in_range) = (false, true);
         (self.of_shear_n, self.depth_mm, self.normal_n, self.peak_n) = (0.0, 0.0, 0.0, 0.0);
         self.gathered = Gathered::default();
+        self.turned.leave();
         (self.here_mm, self.delayed_mm, self.ahead) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         self.reopen(self.settings.tare_n * self.settings.tare_n);
     }
@@ -228,7 +235,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
     /// A reading with a number or a covariance that is unsound, or with a clock that stands still, is left out and flagged. The bounds
     /// then widen.
     pub fn step(&mut self, reading: Reading) -> Margin {
-        let margin = match reading.check() {
+        let margin = match reading.check(F::TURNS) {
             Ok(variances) => self.take(&reading, &variances),
             Err(status) => self.without(status),
         };
@@ -282,12 +289,18 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
             for (tare, force) in self.tare_n.iter_mut().zip(friction_n) {
                 *tare += (force - *tare) / self.in_air;
             }
+            if F::TURNS {
+                self.turned.tare(reading);
+            }
             return self.margin(Status::OK);
         }
         let share = dt_s / (self.settings.force_lag_s + dt_s);
         for ((here, delayed), by) in self.here_mm.iter_mut().zip(&mut self.delayed_mm).zip(slide_increment_mm) {
             *here += by;
             *delayed += share * (*here - *delayed);
+        }
+        if F::TURNS {
+            self.turned.add(reading, share);
         }
         self.gathered.add(now, self.delayed_mm, reading.stick_ratio, variances, dt_s);
         let surface_changed = self.block_is_full() && self.follow_block();
@@ -312,6 +325,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         x * x + y * y >= (travel * travel).max(NOTICED * NOTICED * slide)
             || change >= (BLOCK_CHANGE * self.normal_n).max(NOTICED * sqrt(normal.magnitude()))
             || g.time_s >= BLOCK_S
+            || F::TURNS && ARM_MM * self.turned.by(g.number).magnitude() >= travel
     }
 
     /// Moves the twins by the block and weighs them by its friction. Returns whether that fits no surface.
@@ -338,16 +352,24 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         self.depth_mm = self.finger.depth_for_normal(&self.tables, plain);
         self.in_range = self.depth_mm < (1.0 - 1e-4) * self.finger.depth_max_mm();
         let in_range = self.in_range;
-        let motion =
-            Motion { depth_mm: self.depth_mm, slide_increment_mm: by, spin_increment_rad: 0.0, dt_s: g.time_s };
+        let turn = if F::TURNS { self.turned.take(g.number) } else { Turn::default() };
+        let spin_increment_rad = turn.by_rad;
+        let motion = Motion { depth_mm: self.depth_mm, slide_increment_mm: by, spin_increment_rad, dt_s: g.time_s };
 
         // The common error.
         let (length, stiffness) = (self.slip_length_mm(), self.finger.stiffness_at(&self.tables, self.depth_mm));
-        let travel = if moves { travel } else { 0.0 };
+        let mut travel = if moves { travel } else { 0.0 };
+        let turned = if F::TURNS { ARM_MM * turn.by_rad.magnitude() } else { 0.0 };
+        if F::TURNS {
+            travel += turned;
+        }
         let Settings { model_error, correlation, drift, play_mm, tare_drift_n, .. } = self.settings;
         let kept = 1.0 / (1.0 + travel / (correlation * length));
         let amount = sqrt((friction[0] * friction[0] + friction[1] * friction[1]).magnitude());
         self.peak_n = (self.peak_n * kept).max(amount);
+        if let Some((moment, _)) = turn.moment {
+            self.peak_n = self.peak_n.max(moment.magnitude() * (1.0 / ARM_MM));
+        }
         // The bed errs by a share of the limit, and by less where little of it is used.
         let limit = stiffness * self.posterior.stiffness.mean * length;
         let changed = ((self.normal_n - before_n).magnitude() / self.normal_n.max(TOUCH_N)).at_most(1.0);
@@ -360,6 +382,9 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         let turns = moves && self.ahead[0] * by[0] + self.ahead[1] * by[1] < 0.0;
         if moves {
             self.ahead = by;
+        }
+        if F::TURNS {
+            self.error_n2 += stiffness * stiffness * PIVOT * PIVOT * turned * length;
         }
         if turns {
             self.error_n2 += stiffness * stiffness * play_mm * play_mm;
@@ -374,23 +399,38 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         self.error_n = [0, 1].map(|k| kept * self.error_n[k] + gain * measured[k]);
         let remembered = if in_range { 1.0 - FORGOTTEN * (travel / length).at_most(1.0) } else { 1.0 - FORGOTTEN };
         let posterior = &self.posterior;
+        // The error of the moment counts as new only as far as the common error has changed.
+        let (moment, per_moment) = turn.moment.map_or((0.0, 0.0), |(moment, noise)| {
+            let error = ARM_MM * ARM_MM * error * error / (1.0 - kept * kept).max(1e-6);
+            (moment, 1.0 / (noise + error).max(LEAST_N2))
+        });
         // The least innovation among those that were possible.
         let mut surprise = f32::MAX;
         for (k, (twin, evidence)) in self.twins.iter_mut().zip(&mut self.evidence).enumerate() {
             let forces = self.finger.step_twin(&mut twin.state, motion);
             let corrected = self.settings.curve_at(1.0 - forces.slip_margin);
             let [x, y] = [0, 1].map(|k| forces.friction_n[k] * corrected - kept * twin.error_n[k]);
+            let m = forces.spin_moment_n_mm * corrected;
             twin.error_n = [kept * twin.error_n[0] + gain * x, kept * twin.error_n[1] + gain * y];
             if let Some(strength) = posterior.possible(k) {
                 let factor = strength / F::strength_factor(&twin.state);
                 let [u, v] = [measured[0] - factor * x, measured[1] - factor * y];
-                surprise = surprise.min((u * u + v * v) * per_total);
+                let mut square = (u * u + v * v) * per_total;
+                if F::TURNS {
+                    let w = moment - factor * m;
+                    square += w * w * per_moment;
+                }
+                surprise = surprise.min(square);
             }
             if k == posterior.best {
                 self.of_shear_n = forces.normal_force_n - self.finger.normal_at(&self.tables, self.depth_mm);
             }
-            let by = if in_range { per_total } else { 0.0 };
-            evidence.add(remembered, (measured[0] * x + measured[1] * y) * by, (x * x + y * y) * by);
+            let by = if in_range { [per_total, per_moment] } else { [0.0; 2] };
+            let (mut cross, mut square) = ((measured[0] * x + measured[1] * y) * by[0], (x * x + y * y) * by[0]);
+            if F::TURNS {
+                (cross, square) = (cross + moment * m * by[1], square + m * m * by[1]);
+            }
+            evidence.add(remembered, cross, square);
         }
         self.follow_stick(&g, friction_n2, amount, turns);
         let changed = surprise > SURPRISE_ALONE || surprise > SURPRISE && self.surprised;
@@ -441,7 +481,8 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
 
     /// Friction over that of full slip at a strength factor of 1.
     fn used(&self, forces_n: [f32; 3]) -> f32 {
-        let twin = self.twins.get(self.posterior.best).map(|twin| &twin.state);
+        let best = self.posterior.best;
+        let twin = self.twins.get(best).map(|twin| (&twin.state, self.posterior.possible(best).unwrap_or(1.0)));
         self.finger.used(&self.tables, twin, forces_n, self.of_shear_n).not_negative().at_most(1e6)
     }
 

@@ -31,7 +31,7 @@ pub struct PadTwin<const P: usize> {
     limit_n: f32,
     /// Force along x and y by pressure on the slopes of a curved body, N.
     slope_n: [f32; 2],
-    /// Share of the limit at a strength factor of 1 that the moment of friction uses.
+    /// Share of the limit that the moment of friction uses.
     turning: f32,
 }
 
@@ -120,6 +120,7 @@ fn press<B: Surface<f32>, const P: usize>(
 }
 
 impl<B: Surface<f32> + Copy, const P: usize> Observable<PadTwin<P>> for PadOn<'_, B> {
+    const TURNS: bool = true;
     type Tables = PadTables;
 
     fn tables(&self) -> Result<PadTables, Error> {
@@ -161,11 +162,16 @@ impl<B: Surface<f32> + Copy, const P: usize> Observable<PadTwin<P>> for PadOn<'_
         let ([x, y], strength) = (r.tangential_friction_n, twin.state.strength_factor());
         let square = (x * x + y * y) / (r.friction_limit_n * r.friction_limit_n + 1e-12);
         let used = 1.0 - r.slip_margin;
-        twin.turning = strength * sqrt((used * used - square).not_negative().magnitude());
+        twin.turning = sqrt((used * used - square).not_negative().magnitude());
         twin.normal_n = r.normal_force_n;
         twin.limit_n = r.friction_limit_n / strength;
         twin.slope_n = [0, 1].map(|k| r.friction_n[k] - r.tangential_friction_n[k]);
-        TwinForces { normal_force_n: r.normal_force_n, friction_n: r.friction_n, slip_margin: r.slip_margin }
+        TwinForces {
+            normal_force_n: r.normal_force_n,
+            friction_n: r.friction_n,
+            spin_moment_n_mm: r.spin_moment_n_mm,
+            slip_margin: r.slip_margin,
+        }
     }
     fn depth_max_mm(&self) -> f32 {
         self.pad.depth_max_mm()
@@ -184,15 +190,15 @@ impl<B: Surface<f32> + Copy, const P: usize> Observable<PadTwin<P>> for PadOn<'_
     }
     /// The limit follows the normal force, with and without shear. The twin gives its dependence on the direction and on the place on a
     /// curved body, and the share of the moment.
-    fn used(&self, tables: &PadTables, twin: Option<&PadTwin<P>>, [normal, x, y]: [f32; 3], _: f32) -> f32 {
+    fn used(&self, tables: &PadTables, twin: Option<(&PadTwin<P>, f32)>, [normal, x, y]: [f32; 3], _: f32) -> f32 {
         let normal = normal.max(1e-6);
         let (mut ratio, mut slope, mut turning) = (1.0, [0.0; 2], 0.0);
-        if let Some(twin) = twin
+        if let Some((twin, strength)) = twin
             && twin.normal_n > LEAST_N
         {
             ratio = (twin.limit_n / tables.limit_for(twin.normal_n)).max(RATIOS[0]).at_most(RATIOS[1]);
             slope = twin.slope_n.map(|force| force / twin.normal_n);
-            turning = twin.turning;
+            turning = twin.turning * strength;
         }
         let [x, y] = [x - slope[0] * normal, y - slope[1] * normal];
         let limit = (ratio * tables.limit_for(normal)).max(1e-6);

@@ -20,6 +20,9 @@ pub const AIR: Reading = Reading {
     slide_covariance_mm2: [25e-6, 25e-6, 0.0],
     stick_ratio: 0.0,
     stick_variance: 0.0,
+    spin_increment_rad: 0.0,
+    spin_moment_n_mm: 0.0,
+    spin_variance_n2_mm2: 0.0,
     dt_s: 1e-3,
 };
 
@@ -49,10 +52,17 @@ impl<S: Clone, F: Drivable<S>> Rig<F, S> {
     }
 
     pub fn read(&mut self, normal_n: f32, by: [f32; 2]) -> Reading {
+        self.read_turned(normal_n, by, 0.0, 0.0)
+    }
+
+    /// A reading with a turn, rad.
+    ///
+    /// * `moment_noise`: standard deviation of the measured moment, N mm; 0: not measured
+    pub fn read_turned(&mut self, normal_n: f32, by: [f32; 2], spin_increment_rad: f32, moment_noise: f32) -> Reading {
         let drive = Drive {
             normal: Normal::ForceN(normal_n),
             tangential: Tangential::SlideIncrementMm(by),
-            spin_increment_rad: 0.0,
+            spin_increment_rad,
             dt_s: 1e-3,
         };
         let r = self.finger.step_driven(&mut self.state, drive).response;
@@ -69,6 +79,9 @@ impl<S: Clone, F: Drivable<S>> Rig<F, S> {
             slide_increment_mm: increment,
             stick_ratio: r.stick_ratio + noise(self.stick_noise),
             stick_variance: self.stick_noise * self.stick_noise,
+            spin_increment_rad,
+            spin_moment_n_mm: if moment_noise > 0.0 { r.spin_moment_n_mm + noise(moment_noise) } else { 0.0 },
+            spin_variance_n2_mm2: moment_noise * moment_noise,
             ..AIR
         }
     }
@@ -315,6 +328,7 @@ fn the_bits_of_a_story() {
             slide_covariance_mm2: [1.0 / 32768.0, 1.0 / 32768.0, 0.0],
             stick_ratio: 1.0 - pull / 512.0 + noise(),
             stick_variance: if k % 128 >= 64 { 1.0 / 256.0 } else { 0.0 },
+            ..Reading::default()
         };
         let m = observer.step(reading);
         let bits = [
@@ -338,7 +352,7 @@ fn the_bits_of_a_story() {
 /// Answers along readings of any bits are bounded. Some of the numbers are sensible, so that all is reached.
 pub fn any_bits<O: Observable<T>, T: Copy, const N: usize>(
     mut observer: Core<O, T, N>,
-    readings: &[[u32; 15]],
+    readings: &[[u32; 18]],
     tame: u64,
 ) -> Result<(), TestCaseError> {
     for (k, bits) in readings.iter().enumerate() {
@@ -354,6 +368,9 @@ pub fn any_bits<O: Observable<T>, T: Copy, const N: usize>(
             dt_s: of(12, 0.01),
             stick_ratio: of(13, 0.8),
             stick_variance: of(14, 0.01),
+            spin_increment_rad: of(15, 0.01),
+            spin_moment_n_mm: of(16, 0.3),
+            spin_variance_n2_mm2: of(17, 1e-3),
         });
         prop_assert!(0.0 < m.strength_low && m.strength_low <= m.strength_factor, "{m:?}");
         prop_assert!(m.strength_factor <= m.strength_high && m.strength_high <= 10.0, "{m:?}");
@@ -367,7 +384,7 @@ pub fn any_bits<O: Observable<T>, T: Copy, const N: usize>(
 
 proptest! {
     #[test]
-    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform15(any::<u32>()), 1..60), tame in any::<u64>()) {
+    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform18(any::<u32>()), 1..60), tame in any::<u64>()) {
         let data = shipped();
         any_bits(observer(&data.model().unwrap()), &readings, tame)?;
     }

@@ -109,6 +109,33 @@ fn a_contact_that_sticks_shows_the_prior() {
     }
 }
 
+/// A turn on the spot to full slip, with and without the moment. A bed does not use it.
+#[test]
+fn the_moment_of_a_turn_tells_the_strength() {
+    let file = shipped_pad();
+    let finger = PadOn { pad: file.file().pad, body: &Plane, pose_deg: [30.0, 0.0] };
+    for (stiffness, strength) in TRUTHS {
+        let [blind, seeing] = [0.0, 0.1].map(|moment_noise| {
+            let (mut observer, mut rig) = (observer(&finger), PlainRig::new(&finger, stiffness, strength));
+            for k in 0..400u16 {
+                observer.step(rig.read_turned(0.8 * (f32::from(k) / 300.0).min(1.0), [0.0; 2], 0.0, moment_noise));
+            }
+            let mut m = Margin::default();
+            for _ in 0..3000 {
+                if rig.margin < 0.2 {
+                    break;
+                }
+                m = observer.step(rig.read_turned(0.8, [0.0; 2], 1e-3, moment_noise));
+            }
+            println!("{strength} {moment_noise} {} {m:?}", rig.margin);
+            m
+        });
+        let width = |m: &Margin| (m.strength_high / m.strength_low).ln();
+        assert!(width(&seeing) < 0.7 * width(&blind), "{strength}: {blind:?} {seeing:?}");
+        assert!(seeing.strength_low < strength && strength < seeing.strength_high, "{strength}: {seeing:?}");
+    }
+}
+
 #[test]
 fn what_does_not_fit_is_refused_or_follows_relaxed_tissue() {
     let file = shipped_pad();
@@ -128,7 +155,7 @@ fn what_does_not_fit_is_refused_or_follows_relaxed_tissue() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform15(any::<u32>()), 1..60), tame in any::<u64>(), place in 0..3usize) {
+    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform18(any::<u32>()), 1..60), tame in any::<u64>(), place in 0..3usize) {
         let file = shipped_pad();
         let (body, pose_deg) = places()[place];
         let pad: Pad<'_> = file.file().pad;
