@@ -158,6 +158,14 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// The default for a pad: its friction is not corrected, and its standard error is 3 % of the limit.
+    #[must_use]
+    pub fn for_pad() -> Self {
+        Self { model_error: 0.03, curve: [0.0; 5], ..Self::default() }
+    }
+}
+
 /// A value of five, from 0 to all of the limit, at a share of it.
 pub(super) fn along(five: &[f32; 5], used: f32) -> f32 {
     let place = 4.0 * used.not_negative().at_most(1.0);

@@ -4,7 +4,7 @@
 use crate::common::{shipped, shipped_pad};
 use crate::margin::{AIR, Rig, any_bits};
 use fingerpad::margin::{Known, Margin, MarginObserver, Observable, Observer, PadObserver, Settings};
-use fingerpad::pad::{Body, Cylinder, Pad, PadOn, PadState, Plane, Sphere};
+use fingerpad::pad::{Body, Cylinder, Pad, PadOn, PadState, Plane, Sphere, Surface};
 use fingerpad::{Error, Relaxation};
 use proptest::prelude::*;
 
@@ -24,16 +24,8 @@ fn places() -> [(Body, [f32; 2]); 3] {
     ]
 }
 
-/// Settings of an observer whose model is the truth but for strength and stiffness.
-fn settings() -> Settings {
-    Settings { curve: [0.0; 5], ..Settings::default() }
-}
-
-fn observer<'a, B>(finger: &PadOn<'a, B>) -> PadObserver<'a, B, P>
-where
-    PadOn<'a, B>: Observable<fingerpad::margin::PadTwin<P>>,
-{
-    PadObserver::new(finger, settings()).unwrap()
+fn observer<'a, B: Surface<f32> + Copy>(finger: &PadOn<'a, B>) -> PadObserver<'a, B, P> {
+    PadObserver::new(finger, Settings::for_pad()).unwrap()
 }
 
 /// Answers of a pull at [`BENT`], and whether slip was announced before full slip.
@@ -82,7 +74,8 @@ fn a_pad_in_the_pose_of_the_finger_knows_more_than_a_bed_of_another_one() {
     let mut errors = [[0.0f32; 2]; 2];
     for (stiffness, strength) in TRUTHS {
         let rig = || Rig::new(&finger, stiffness, strength);
-        let of_both = [pull(observer(&finger), rig()), pull(MarginObserver::new(&bed, settings()).unwrap(), rig())];
+        let of_both =
+            [pull(observer(&finger), rig()), pull(MarginObserver::new(&bed, Settings::default()).unwrap(), rig())];
         for ((answers, _), [square, covered]) in of_both.iter().zip(&mut errors) {
             for (margin, m) in answers {
                 *square += (m.strength_factor / strength).ln().powi(2) / 12.0;
@@ -140,7 +133,7 @@ fn the_moment_of_a_turn_tells_the_strength() {
 fn what_does_not_fit_is_refused_or_follows_relaxed_tissue() {
     let file = shipped_pad();
     let finger = PadOn { pad: file.file().pad, body: &Plane, pose_deg: [30.0, 0.0] };
-    let small = PadObserver::<'_, Plane, 8>::new(&finger, settings());
+    let small = PadObserver::<'_, Plane, 8>::new(&finger, Settings::for_pad());
     assert!(matches!(small, Err(Error::Shape { elements: 37, nodes: 8 })), "{:?}", small.err());
     let relaxing = PadOn { pad: finger.pad.with_relaxation(Relaxation::HUMAN_ASSUMED), ..finger };
     let mut rig = PlainRig::new(&finger, 1.0, 1.5);
