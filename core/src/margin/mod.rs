@@ -1,6 +1,7 @@
 //! The margin to slip on a surface of unknown friction, from measured force and motion.
 //!
-//! Main types: [`MarginObserver`] (called at step rate), [`Reading`], [`Settings`], [`Margin`]. Uses the step of forces.
+//! Main types: [`Observer`] (called at step rate; [`MarginObserver`] of a bed, [`PadObserver`] of a pad), [`Reading`], [`Settings`],
+//! [`Margin`]. Uses the step of forces and the pad.
 //!
 //! A soft finger warns before it slips: partial slip bends the curve of friction over slide long before the limit. The observer compares
 //! the measured curve with those of a bank of contacts (twins) of different strength. Readings are averaged into blocks; at the end of
@@ -13,6 +14,9 @@
 //!
 //! The share of the contact that sticks, which a tactile skin can measure, tells how much of the limit is used, whatever the
 //! surface is, while friction grows. After a turn back all sticks under a large friction; what the share told before then counts on.
+//!
+//! Bed and pad share all of this; [`Observable`] is what differs. A pad is observed in its own pose and on a curved body. Its twins also
+//! turn, and the moment about the normal is a third component of the evidence.
 
 mod bed;
 mod finger;
@@ -43,7 +47,20 @@ pub type MarginObserver<'a, const M: usize, const N: usize> = Observer<ModelOf<'
 
 /// The observer of a pad of up to `P` patches on a body in a pose.
 ///
-/// * `TWINS`: contacts that it compares. With 17 the steps between their strengths are twice those of the bed's observer.
+/// * `TWINS`: contacts that it compares, each with a state of the pad. With 17 the steps between their strengths are twice those of the bed's
+///   observer; with 9 the band may miss the strength.
+///
+/// An observer with 17 twins of the shipped pad keeps 25 kB. [`Observer::new`] presses and pulls the pad some hundred steps.
+///
+/// ```
+/// use fingerpad::margin::{Known, PadObserver, Reading, Settings};
+/// use fingerpad::pad::{EXAMPLE_PATCHES, ExamplePad, PadOn, Plane};
+///
+/// let example = ExamplePad::new();
+/// let finger = PadOn { pad: example.pad(), body: &Plane, pose_deg: [45.0, 0.0] };
+/// let observer = PadObserver::<_, EXAMPLE_PATCHES>::new(&finger, Settings::for_pad())?;
+/// # Ok::<(), fingerpad::Error>(())
+/// ```
 pub type PadObserver<'a, B, const P: usize, const TWINS: usize = 17> = Observer<PadOn<'a, B>, PadTwin<P>, TWINS>;
 
 /// Longest time of a block, s.
@@ -82,6 +99,9 @@ struct Twin<S> {
 }
 
 /// Finds the margin to slip on an unknown surface while the finger is loaded. No allocation, no panic; any bits in, bounded values out.
+///
+/// * `F`: the finger, a bed or a pad on a body in a pose
+/// * `S`: the state of a twin
 ///
 /// ```
 /// use fingerpad::build::Params;
