@@ -184,6 +184,7 @@ impl From<&fingerpad_margin_reading> for Reading {
             stick_ratio: r.stick_ratio,
             stick_variance: r.stick_variance,
             dt_s: r.dt_s,
+            ..Self::default()
         }
     }
 }

@@ -1,32 +1,104 @@
 //! The margin to slip on a surface of unknown friction, from measured force and motion.
 //!
-//! Main types: [`MarginObserver`], [`Margin`]. Uses the core's observer.
+//! Main types: [`MarginObserver`], [`Margin`]. Uses the core's observers of a bed and of a pad.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use fingerpad::build::Data;
-use fingerpad::margin::{Known, MarginObserver as Core, Reading, Settings};
-use fingerpad::{NODES, SPRINGS};
+use fingerpad::margin::{self, Known, Observable, Observer, PadObserver, Reading, Settings};
+use fingerpad::pad::{Body, PadOn};
+use fingerpad::{Error, NODES, SPRINGS};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::error;
 use crate::model::Model;
+use crate::pad::{self, Pad, Tables};
+
+/// An observer of any finger.
+trait Observing: Send {
+    fn step(&mut self, reading: Reading) -> margin::Margin;
+}
+
+impl<F: Observable<S> + Send, S: Copy + Send, const TWINS: usize> Observing for Observer<F, S, TWINS>
+where
+    F::Tables: Send,
+{
+    fn step(&mut self, reading: Reading) -> margin::Margin {
+        Observer::step(self, reading)
+    }
+}
+
+/// The numbers that an observer reads.
+#[expect(dead_code, reason = "kept, not read")]
+enum Numbers {
+    Bed(Arc<Data>),
+    Pad(Arc<Tables>, Arc<Body>),
+}
+
+/// A reference to what an [`Arc`] keeps.
+///
+/// # Safety
+/// It must not be used after the last clone of the `Arc` is gone.
+unsafe fn kept<T>(arc: &Arc<T>) -> &'static T {
+    // SAFETY: the caller's promise.
+    unsafe { &*Arc::as_ptr(arc) }
+}
 
 /// Observer of one contact; see `_native.pyi`.
 #[pyclass(frozen, module = "fingerpad")]
 pub struct MarginObserver {
     // Before the numbers that it reads, so that it goes first.
-    core: Mutex<Core<'static, SPRINGS, NODES>>,
-    _data: Arc<Data>,
+    core: Mutex<Box<dyn Observing>>,
+    _numbers: Numbers,
+}
+
+impl MarginObserver {
+    fn of_bed(model: &Model, settings: Settings) -> PyResult<Self> {
+        if model.bed.relaxation.is_some() {
+            return Err(error::input("model: section RELX: an observer takes a bed whose tissue does not relax"));
+        }
+        let data = Arc::clone(&model.bed.data);
+        // SAFETY: `_numbers` keeps it as long as the observer is there.
+        let numbers = unsafe { kept(&data) };
+        let finger = numbers.model_unchecked().tuned(model.bed.tuning).map_err(error::model)?;
+        let core = margin::MarginObserver::<SPRINGS, NODES>::new(&finger, settings).map_err(refused)?;
+        Ok(Self { core: Mutex::new(Box::new(core)), _numbers: Numbers::Bed(data) })
+    }
+
+    fn of_pad(pad: &Pad, settings: Settings, body: Body, pose_deg: [f32; 2]) -> PyResult<Self> {
+        fn of<const P: usize>(finger: &PadOn<'static, Body>, settings: Settings) -> PyResult<Box<dyn Observing>> {
+            Ok(Box::new(PadObserver::<'static, Body, P>::new(finger, settings).map_err(refused)?))
+        }
+        if pad.relaxes() {
+            return Err(error::input("pad: section RELX: an observer takes a pad whose tissue does not relax"));
+        }
+        let (tables, body) = (Arc::clone(&pad.tables), Arc::new(body));
+        // SAFETY: `_numbers` keeps both as long as the observer is there.
+        let (numbers, on) = unsafe { (kept(&tables), kept(&body)) };
+        let finger = PadOn { pad: numbers.pad().tuned(pad.tuning).map_err(error::model)?, body: on, pose_deg };
+        let few = pad.patches() <= pad::USUAL;
+        let core = if few { of::<{ pad::USUAL }>(&finger, settings) } else { of::<{ pad::MOST }>(&finger, settings) }?;
+        Ok(Self { core: Mutex::new(core), _numbers: Numbers::Pad(tables, body) })
+    }
+}
+
+/// A setting out of its range.
+fn refused(error: Error) -> PyErr {
+    error::input(error.to_string())
 }
 
 #[pymethods]
 impl MarginObserver {
     #[new]
-    #[pyo3(signature = (model, *, strength=None, stiffness=None, force_lag_s=0.0, play_mm=0.0, drift=0.0, tare_n=None, tare_drift_n=0.0, confidence=None, ahead_s=None))]
+    #[pyo3(signature = (model, *, body=None, pitch_deg=None, roll_deg=None, model_error=None, strength=None, stiffness=None, force_lag_s=0.0, play_mm=0.0, drift=0.0, tare_n=None, tare_drift_n=0.0, confidence=None, ahead_s=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
-        model: &Model,
+        model: &Bound<'_, PyAny>,
+        body: Option<Bound<'_, PyAny>>,
+        pitch_deg: Option<f32>,
+        roll_deg: Option<f32>,
+        model_error: Option<f32>,
         strength: Option<f32>,
         stiffness: Option<f32>,
         force_lag_s: f32,
@@ -37,8 +109,9 @@ impl MarginObserver {
         confidence: Option<f32>,
         ahead_s: Option<f32>,
     ) -> PyResult<Self> {
-        let usual = Settings::default();
+        let usual = if model.is_instance_of::<Pad>() { Settings::for_pad() } else { Settings::default() };
         let settings = Settings {
+            model_error: model_error.unwrap_or(usual.model_error),
             strength: strength.unwrap_or(usual.strength),
             stiffness: stiffness.unwrap_or(usual.stiffness),
             force_lag_s,
@@ -50,18 +123,25 @@ impl MarginObserver {
             ahead_s: ahead_s.unwrap_or(usual.ahead_s),
             ..usual
         };
-        if model.bed.relaxation.is_some() {
-            return Err(error::input("model: section RELX: an observer takes a bed whose tissue does not relax"));
+        // `Fingers` checks model, body and pose.
+        let py = model.py();
+        let options = PyDict::new(py);
+        options.set_item("body", body)?;
+        options.set_item("pitch_deg", pitch_deg)?;
+        options.set_item("roll_deg", roll_deg)?;
+        let fingers = py.import("fingerpad._fingers")?.getattr("Fingers")?.call((model, 1), Some(&options))?;
+        if let Ok(pad) = model.cast::<Pad>() {
+            let body = fingers.getattr("body")?;
+            let kind = body.get_type().name()?.to_string();
+            let numbers = py.import("fingerpad._bodies")?.getattr("numbers")?.call1((&body,))?.extract()?;
+            let body = pad::body(&kind, numbers).ok_or_else(|| error::input(format!("body: {kind} is none")))?;
+            let neutral = pad.get().neutral_pitch_deg();
+            return Self::of_pad(pad.get(), settings, body, [pitch_deg.unwrap_or(neutral), roll_deg.unwrap_or(0.0)]);
         }
-        let data = Arc::clone(&model.bed.data);
-        // SAFETY: the numbers lie where the count of references keeps them, as long as `_data` does, which outlives the observer.
-        let numbers: &'static Data = unsafe { &*Arc::as_ptr(&data) };
-        let finger = numbers.model_unchecked().tuned(model.bed.tuning).map_err(error::model)?;
-        let core = Core::new(&finger, settings).map_err(|e| error::input(e.to_string()))?;
-        Ok(Self { core: Mutex::new(core), _data: data })
+        Self::of_bed(model.cast::<Model>()?.get(), settings)
     }
 
-    #[pyo3(signature = (normal_force_n, friction_x_n, friction_y_n, slide_x_mm, slide_y_mm, *, dt_s=1e-3, normal_variance_n2=25e-6, friction_covariance_n2=(25e-6, 25e-6, 0.0), slide_covariance_mm2=(25e-6, 25e-6, 0.0), stick_ratio=0.0, stick_variance=0.0))]
+    #[pyo3(signature = (normal_force_n, friction_x_n, friction_y_n, slide_x_mm, slide_y_mm, *, dt_s=1e-3, normal_variance_n2=25e-6, friction_covariance_n2=(25e-6, 25e-6, 0.0), slide_covariance_mm2=(25e-6, 25e-6, 0.0), stick_ratio=0.0, stick_variance=0.0, spin_rad=0.0, spin_moment_n_mm=0.0, spin_variance_n2_mm2=0.0))]
     #[allow(clippy::too_many_arguments)]
     fn step(
         &self,
@@ -76,6 +156,9 @@ impl MarginObserver {
         slide_covariance_mm2: (f32, f32, f32),
         stick_ratio: f32,
         stick_variance: f32,
+        spin_rad: f32,
+        spin_moment_n_mm: f32,
+        spin_variance_n2_mm2: f32,
     ) -> Margin {
         let m = self.core.lock().unwrap_or_else(PoisonError::into_inner).step(Reading {
             normal_force_n,
@@ -86,6 +169,9 @@ impl MarginObserver {
             slide_covariance_mm2: slide_covariance_mm2.into(),
             stick_ratio,
             stick_variance,
+            spin_increment_rad: spin_rad,
+            spin_moment_n_mm,
+            spin_variance_n2_mm2,
             dt_s,
         });
         Margin {

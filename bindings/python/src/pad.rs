@@ -166,7 +166,7 @@ impl Pad {
     }
 
     #[getter]
-    fn neutral_pitch_deg(&self) -> f32 {
+    pub fn neutral_pitch_deg(&self) -> f32 {
         self.tables.numbers.neutral_pitch_deg
     }
 

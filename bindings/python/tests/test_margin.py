@@ -7,7 +7,7 @@ import struct
 import pytest
 
 import fingerpad
-from fingerpad import InputError, MarginObserver, Model, Status
+from fingerpad import Finger, InputError, MarginObserver, Model, Pad, Sphere, Status
 
 DIGEST = 0x6D03790B
 KNOWN = ["no_contact", "prior", "part", "strength"]
@@ -65,3 +65,49 @@ def test_the_bits_are_those_of_the_core() -> None:
 def test_settings_out_of_range_are_refused() -> None:
     with pytest.raises(InputError, match="out of range"):
         MarginObserver(fingerpad.Model.shipped(), confidence=1.0)
+
+
+@pytest.mark.parametrize(("body", "pitch_deg"), [(None, 45.0), (Sphere(12.0), None)])
+def test_a_pad_finds_the_strength_in_its_pose_and_on_a_body(body: Sphere | None, pitch_deg: float | None) -> None:
+    pad = Pad.shipped()
+    finger = Finger(pad, body=body, pitch_deg=pitch_deg)
+    observer = MarginObserver(pad, body=body, pitch_deg=pitch_deg)
+    strength = 1.5
+    for k in range(1500):
+        depth, slide = 1.5 * min(k / 300, 1), 0.004 if k > 300 else 0.0
+        r = finger.step(depth, slide, strength_factor=strength)
+        m = observer.step(r.normal_force_n, r.friction_x_n, r.friction_y_n, slide, 0.0)
+        if k > 300 and r.slip_margin < 0.1:
+            break
+    assert m.known == "strength" and m.strength_low < strength < m.strength_high
+    assert m.margin_low <= r.slip_margin <= m.margin_high
+
+
+def test_the_moment_of_a_turn_tells_a_pad_the_strength() -> None:
+    widths = []
+    for variance in (0.0, 0.01):
+        finger, observer = Finger(Pad.shipped()), MarginObserver(Pad.shipped())
+        for k in range(1000):
+            spin = 1e-3 if k > 300 else 0.0
+            r = finger.step(1.5 * min(k / 300, 1), spin_rad=spin)
+            m = observer.step(
+                r.normal_force_n,
+                r.friction_x_n,
+                r.friction_y_n,
+                0.0,
+                0.0,
+                spin_rad=spin,
+                spin_moment_n_mm=r.spin_moment_n_mm,
+                spin_variance_n2_mm2=variance,
+            )
+        widths.append(m.strength_high / m.strength_low)
+    assert widths[1] < 0.6 * widths[0]
+
+
+def test_what_is_not_of_a_pad_is_refused() -> None:
+    with pytest.raises(InputError, match="body"):
+        MarginObserver(Model.shipped(), body=Sphere(12.0))
+    with pytest.raises(InputError, match="pitch_deg"):
+        MarginObserver(Pad.shipped(), pitch_deg=500.0)
+    with pytest.raises(InputError, match="RELX"):
+        MarginObserver(Pad.shipped().relaxing([(0.5, 0.1)]))

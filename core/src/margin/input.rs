@@ -27,6 +27,13 @@ pub struct Reading {
     pub stick_ratio: f32,
     /// Variance of its noise; 0 where it is not measured.
     pub stick_variance: f32,
+    /// Measured turn of the surface against the finger's base about the normal since the last reading, rad. A pad follows it; a bed, whose
+    /// twins have no spin, leaves this and the moment out.
+    pub spin_increment_rad: f32,
+    /// Moment about the normal, N mm, as [`crate::Response::spin_moment_n_mm`].
+    pub spin_moment_n_mm: f32,
+    /// Variance of its noise, N² mm²; 0 where it is not measured.
+    pub spin_variance_n2_mm2: f32,
     /// Time since the last reading, s.
     pub dt_s: f32,
 }
@@ -38,10 +45,12 @@ fn largest_variance([xx, yy, xy]: [f32; 3]) -> Option<f32> {
     (xx > 0.0 && yy > 0.0 && xx * yy > xy * xy && largest <= VARIANCE_MAX).then_some(largest)
 }
 
-/// Largest variance, of any unit, and largest force, N, increment, mm, and stick ratio, that count as a reading.
+/// Largest variance, of any unit, and largest force, N, increment, mm, turn, rad, and stick ratio, that count as a reading. A moment may be
+/// as large as the number of a force.
 const VARIANCE_MAX: f32 = 1e6;
 const FORCE_MAX: f32 = 1e4;
 const INCREMENT_MAX: f32 = 64.0;
+const TURN_MAX: f32 = 3.2;
 const STICK_MAX: f32 = 10.0;
 /// Longest time between two readings, s.
 const DT_MAX: f32 = 1.0;
@@ -56,7 +65,10 @@ pub(super) struct Variances {
 
 impl Reading {
     /// The variances of the reading, or what is wrong with it.
-    pub(super) fn check(&self) -> Result<Variances, Status> {
+    ///
+    /// * `turns`: whether turn and moment are used
+    #[inline]
+    pub(super) fn check(&self, turns: bool) -> Result<Variances, Status> {
         let [x, y] = self.friction_n;
         let [by_x, by_y] = self.slide_increment_mm;
         let within = |value: f32, most: f32| value.magnitude() <= most;
@@ -66,7 +78,11 @@ impl Reading {
             && within(by_x, INCREMENT_MAX)
             && within(by_y, INCREMENT_MAX)
             && (self.stick_variance == 0.0 || within(self.stick_ratio, STICK_MAX))
-            && (0.0..=VARIANCE_MAX).contains(&self.stick_variance);
+            && (0.0..=VARIANCE_MAX).contains(&self.stick_variance)
+            && (!turns
+                || within(self.spin_increment_rad, TURN_MAX)
+                    && (self.spin_variance_n2_mm2 == 0.0 || within(self.spin_moment_n_mm, FORCE_MAX))
+                    && (0.0..=VARIANCE_MAX).contains(&self.spin_variance_n2_mm2));
         let mut status = if numbers { Status::OK } else { Status::BAD_INPUT };
         if !(self.dt_s > 1e-7 && self.dt_s <= DT_MAX) {
             status = status.with(Status::BAD_TIME_STEP);
@@ -139,6 +155,14 @@ impl Default for Settings {
             confidence: 0.95,
             ahead_s: 0.05,
         }
+    }
+}
+
+impl Settings {
+    /// The default for a pad: its friction is not corrected, and its standard error is 3 % of the limit.
+    #[must_use]
+    pub fn for_pad() -> Self {
+        Self { model_error: 0.03, curve: [0.0; 5], ..Self::default() }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The margin to slip on a surface of unknown friction, from measured force and motion.
 //!
-//! Main types: [`MarginObserver`] (called at step rate), [`Reading`], [`Settings`], [`Margin`]. Uses the step of forces.
+//! Main types: [`Observer`] (called at step rate; [`MarginObserver`] of a bed, [`PadObserver`] of a pad), [`Reading`], [`Settings`],
+//! [`Margin`]. Uses the step of forces and the pad.
 //!
 //! A soft finger warns before it slips: partial slip bends the curve of friction over slide long before the limit. The observer compares
 //! the measured curve with those of a bank of contacts (twins) of different strength. Readings are averaged into blocks; at the end of
@@ -13,40 +14,55 @@
 //!
 //! The share of the contact that sticks, which a tactile skin can measure, tells how much of the limit is used, whatever the
 //! surface is, while friction grows. After a turn back all sticks under a large friction; what the share told before then counts on.
+//!
+//! Bed and pad share all of this; [`Observable`] is what differs. A pad is observed in its own pose and on a curved body. Its twins also
+//! turn, and the moment about the normal is a third component of the evidence.
 
+mod bed;
+mod finger;
+mod gathered;
 mod input;
+mod outcome;
+mod pad;
 mod posterior;
 mod stick;
+mod turn;
 
+pub use finger::{Observable, TwinForces};
+use gathered::{Gathered, Load, SMOOTH_S};
 use input::Variances;
 pub use input::{Reading, Settings};
+pub use outcome::{Known, Margin};
+pub use pad::PadTwin;
 use posterior::{Evidence, Normal, Posterior};
-use stick::{Curves, Stick};
+use stick::Stick;
+use turn::{ARM_MM, Turn, Turned};
 
 use crate::math::{Elementary, Scalar, sqrt};
-use crate::step::share_of_limit;
+use crate::pad::PadOn;
 use crate::{Error, ForceStateOf, ModelOf, Motion, Status};
 
-/// Twins, and the step of the logarithm of their strength.
-const TWINS: usize = 33;
-const RATIO_STEP: f32 = 0.09;
+/// The observer of a bed: [`Observer`] with 33 twins.
+pub type MarginObserver<'a, const M: usize, const N: usize> = Observer<ModelOf<'a, M, N>, ForceStateOf<M>, 33>;
 
-/// Logarithm and value of the twins' ratio of strength and stiffness factor.
-fn ratios() -> impl Iterator<Item = (f32, f32)> {
-    let growth = 1.094_174_3f32;
-    let start = -((TWINS / 2) as f32) * RATIO_STEP;
-    // e to the power of `start`.
-    let mut ratio = 0.236_927_76f32;
-    (0..TWINS).map(move |k| {
-        let this = ratio;
-        ratio *= growth;
-        (start + RATIO_STEP * k as f32, this)
-    })
-}
+/// The observer of a pad of up to `P` patches on a body in a pose.
+///
+/// * `TWINS`: contacts that it compares, each with a state of the pad. With 17 the steps between their strengths are twice those of the bed's
+///   observer; with 9 the band may miss the strength.
+///
+/// An observer with 17 twins of the shipped pad keeps 25 kB. [`Observer::new`] presses and pulls the pad some hundred steps.
+///
+/// ```
+/// use fingerpad::margin::{Known, PadObserver, Reading, Settings};
+/// use fingerpad::pad::{EXAMPLE_PATCHES, ExamplePad, PadOn, Plane};
+///
+/// let example = ExamplePad::new();
+/// let finger = PadOn { pad: example.pad(), body: &Plane, pose_deg: [45.0, 0.0] };
+/// let observer = PadObserver::<_, EXAMPLE_PATCHES>::new(&finger, Settings::for_pad())?;
+/// # Ok::<(), fingerpad::Error>(())
+/// ```
+pub type PadObserver<'a, B, const P: usize, const TWINS: usize = 17> = Observer<PadOn<'a, B>, PadTwin<P>, TWINS>;
 
-/// Time constant of the forces that the margin is made of, s, and of their rates.
-const SMOOTH_S: f32 = 0.005;
-const RATE_S: f32 = 0.05;
 /// Longest time of a block, s.
 const BLOCK_S: f32 = 0.1;
 /// Least travel of a block over the slip length, and least change of the normal force over its value.
@@ -64,6 +80,8 @@ const SURPRISE: f32 = 25.0;
 const SURPRISE_ALONE: f32 = 64.0;
 /// Error of the model over friction where little of the limit is used, over that over the limit in full slip.
 const STEEP: f32 = 3.0;
+/// Error of the slide that a turn amounts to, share: where the finger's middle is, is not exactly known.
+const PIVOT: f32 = 0.1;
 /// Slope of the stick ratio over the share of the limit that is used.
 const STICK_SLOPE: f32 = 1.2;
 /// Share of the largest friction by which it falls where the slide turns back, and a rise of the stick ratio beside its noise.
@@ -72,88 +90,18 @@ const RISES: f32 = 0.05;
 /// Least variance of a force that counts, N².
 const LEAST_N2: f32 = 1e-10;
 
-/// What the readings say about the surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-#[repr(u8)]
-pub enum Known {
-    /// The finger does not touch: no margin.
-    #[default]
-    NoContact,
-    /// Nothing but the prior: the contact sticks, or the noise hides its slip.
-    Prior,
-    /// A part: surfaces are excluded, but the band is wider than half of that of the prior.
-    Part,
-    /// The curve of friction has bent: the strength is known within the band.
-    Strength,
-}
-
-/// What is known of the surface after a reading.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Margin {
-    /// Strength factor of the surface: estimate and band.
-    pub strength_factor: f32,
-    /// Lower end of its band.
-    pub strength_low: f32,
-    /// Upper end of its band.
-    pub strength_high: f32,
-    /// Slip margin of the present friction, 0 to 1, as [`crate::Response::slip_margin`]; 0 without contact.
-    pub slip_margin: f32,
-    /// Lower end of its band: 0 announces slip.
-    pub margin_low: f32,
-    /// Upper end of its band.
-    pub margin_high: f32,
-    /// Chance of full slip within [`Settings::ahead_s`] if friction and normal force continue at their present rates.
-    pub slip_chance: f32,
-    /// Tangential stiffness of the finger over that of the model.
-    pub stiffness_factor: f32,
-    /// Standard deviation of the logarithm of the strength factor over that of the prior, subtracted from 1.
-    pub information: f32,
-    /// What kind of knowledge this is.
-    pub known: Known,
-    /// Whether this reading made clear that nothing expected explains the readings: the strength starts again from its prior.
-    pub surface_changed: bool,
-    /// [`Status::BAD_INPUT`] for a number or a covariance that is unsound, [`Status::BAD_TIME_STEP`] for a clock that stands still,
-    /// [`Status::DEPTH_ABOVE_RANGE`] for a normal force beyond the model. The reading then taught nothing, and the bounds have widened.
-    pub status: Status,
-}
-
 /// A contact of the bank.
 #[derive(Clone, Copy, Debug)]
-struct Twin<const M: usize> {
-    state: ForceStateOf<M>,
+struct Twin<S> {
+    state: S,
     /// Its share of the common error.
     error_n: [f32; 2],
 }
 
-/// Readings since the last block.
-#[derive(Clone, Copy, Debug, Default)]
-struct Gathered {
-    number: f32,
-    time_s: f32,
-    normal_n: f32,
-    friction_n: [f32; 2],
-    /// Sum of the positions since the last block.
-    position_mm: [f32; 2],
-    variances: [f32; 3],
-    /// Number of readings with a stick ratio, their sum and that of their variances.
-    stick: [f32; 3],
-}
-
-/// Filtered forces and their rates.
-#[derive(Clone, Copy, Debug, Default)]
-struct Load {
-    /// Normal, along x and y, N.
-    now: [f32; 3],
-    slow: [f32; 3],
-    per_s: [f32; 3],
-}
-
 /// Finds the margin to slip on an unknown surface while the finger is loaded. No allocation, no panic; any bits in, bounded values out.
+///
+/// * `F`: the finger, a bed or a pad on a body in a pose
+/// * `S`: the state of a twin
 ///
 /// ```
 /// use fingerpad::build::Params;
@@ -172,14 +120,14 @@ struct Load {
 /// # Ok::<(), fingerpad::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct MarginObserver<'a, const M: usize, const N: usize> {
-    model: ModelOf<'a, M, N>,
+pub struct Observer<F: Observable<S>, S, const TWINS: usize> {
+    finger: F,
+    tables: F::Tables,
     settings: Settings,
-    twins: [Twin<M>; TWINS],
+    twins: [Twin<S>; TWINS],
     evidence: [Evidence; TWINS],
-    posterior: Posterior,
-    /// The stick ratio that is expected, and that of the last block, if it was measured.
-    sticks: Curves,
+    posterior: Posterior<TWINS>,
+    /// The stick ratio of the last block, if it was measured.
     stick: Option<Stick>,
     /// Largest friction since the touch or a change of the surface, N, and whether friction grows from there.
     largest_n: f32,
@@ -192,6 +140,7 @@ pub struct MarginObserver<'a, const M: usize, const N: usize> {
     /// Largest friction of late, N.
     peak_n: f32,
     gathered: Gathered,
+    turned: Turned,
     /// Position since the last block, mm: measured, and delayed as the force.
     here_mm: [f32; 2],
     delayed_mm: [f32; 2],
@@ -213,25 +162,26 @@ pub struct MarginObserver<'a, const M: usize, const N: usize> {
     last: Margin,
 }
 
-impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
+impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
     /// An observer without contact.
     ///
-    /// * `model`: the finger, as calibrated
+    /// * `finger`: the finger, as calibrated. Its twins have relaxed tissue.
     ///
     /// # Errors
-    /// [`Error::Range`] with a setting that is out of its range.
-    pub fn new(model: &ModelOf<'a, M, N>, settings: Settings) -> Result<Self, Error> {
+    /// [`Error::Range`] with a setting that is out of its range, [`Error::Shape`] for a pad of more patches than a twin has.
+    pub fn new(finger: &F, settings: Settings) -> Result<Self, Error> {
         settings.check()?;
         let stiffness = Normal { mean: 1.0, variance: settings.stiffness * settings.stiffness };
-        let twin = Twin { state: ForceStateOf::default(), error_n: [0.0; 2] };
+        let tables = finger.tables()?;
+        let twin = Twin { state: finger.twin(1.0), error_n: [0.0; 2] };
         let evidence = [Evidence::default(); TWINS];
         let mut this = Self {
-            model: *model,
+            finger: *finger,
+            tables,
             settings,
             twins: [twin; TWINS],
             evidence,
             posterior: Posterior::new(&evidence, stiffness, settings.strength, None),
-            sticks: Curves::of(model),
             stick: None,
             largest_n: 0.0,
             grows: true,
@@ -240,6 +190,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             error_n2: 0.0,
             peak_n: 0.0,
             gathered: Gathered::default(),
+            turned: Turned::default(),
             here_mm: [0.0; 2],
             delayed_mm: [0.0; 2],
             ahead: [0.0; 2],
@@ -263,13 +214,13 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
     /// stiffness stays.
     fn leave(&mut self) {
         self.keep_part_of_stiffness();
-        for (twin, (_, ratio)) in self.twins.iter_mut().zip(ratios()) {
-            *twin = Twin { state: ForceStateOf::default(), error_n: [0.0; 2] };
-            twin.state.set_strength_factor(ratio);
+        for (twin, (_, ratio)) in self.twins.iter_mut().zip(posterior::ratios::<TWINS>()) {
+            *twin = Twin { state: self.finger.twin(ratio), error_n: [0.0; 2] };
         }
         (self.touches, self.in_range) = (false, true);
         (self.of_shear_n, self.depth_mm, self.normal_n, self.peak_n) = (0.0, 0.0, 0.0, 0.0);
         self.gathered = Gathered::default();
+        self.turned.leave();
         (self.here_mm, self.delayed_mm, self.ahead) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         self.reopen(self.settings.tare_n * self.settings.tare_n);
     }
@@ -304,7 +255,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
     /// A reading with a number or a covariance that is unsound, or with a clock that stands still, is left out and flagged. The bounds
     /// then widen.
     pub fn step(&mut self, reading: Reading) -> Margin {
-        let margin = match reading.check() {
+        let margin = match reading.check(F::TURNS) {
             Ok(variances) => self.take(&reading, &variances),
             Err(status) => self.without(status),
         };
@@ -358,12 +309,18 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             for (tare, force) in self.tare_n.iter_mut().zip(friction_n) {
                 *tare += (force - *tare) / self.in_air;
             }
+            if F::TURNS {
+                self.turned.tare(reading);
+            }
             return self.margin(Status::OK);
         }
         let share = dt_s / (self.settings.force_lag_s + dt_s);
         for ((here, delayed), by) in self.here_mm.iter_mut().zip(&mut self.delayed_mm).zip(slide_increment_mm) {
             *here += by;
             *delayed += share * (*here - *delayed);
+        }
+        if F::TURNS {
+            self.turned.add(reading, share);
         }
         self.gathered.add(now, self.delayed_mm, reading.stick_ratio, variances, dt_s);
         let surface_changed = self.block_is_full() && self.follow_block();
@@ -375,8 +332,8 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
     fn slip_length_mm(&self) -> f32 {
         let depth = self.depth_mm.max(0.05);
         let strength = Elementary::exp(self.posterior.logarithm.mean);
-        let stiffness = self.model.stiffness_at(depth) * self.posterior.stiffness.mean;
-        (self.model.limit_at(depth) * strength / stiffness.max(1e-6)).max(1e-3).at_most(100.0)
+        let stiffness = self.finger.stiffness_at(&self.tables, depth) * self.posterior.stiffness.mean;
+        (self.finger.limit_at(&self.tables, depth) * strength / stiffness.max(1e-6)).max(1e-3).at_most(100.0)
     }
 
     fn block_is_full(&self) -> bool {
@@ -388,6 +345,7 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         x * x + y * y >= (travel * travel).max(NOTICED * NOTICED * slide)
             || change >= (BLOCK_CHANGE * self.normal_n).max(NOTICED * sqrt(normal.magnitude()))
             || g.time_s >= BLOCK_S
+            || F::TURNS && ARM_MM * self.turned.by(g.number).magnitude() >= travel
     }
 
     /// Moves the twins by the block and weighs them by its friction. Returns whether that fits no surface.
@@ -411,19 +369,27 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             self.normal_n = normal;
         }
         let plain = (self.normal_n - self.of_shear_n).max(0.2 * self.normal_n);
-        self.depth_mm = self.model.depth_for_normal(plain);
-        self.in_range = self.depth_mm < (1.0 - 1e-4) * self.model.depth_max_mm();
+        self.depth_mm = self.finger.depth_for_normal(&self.tables, plain);
+        self.in_range = self.depth_mm < (1.0 - 1e-4) * self.finger.depth_max_mm();
         let in_range = self.in_range;
-        let motion =
-            Motion { depth_mm: self.depth_mm, slide_increment_mm: by, spin_increment_rad: 0.0, dt_s: g.time_s };
+        let turn = if F::TURNS { self.turned.take(g.number) } else { Turn::default() };
+        let spin_increment_rad = turn.by_rad;
+        let motion = Motion { depth_mm: self.depth_mm, slide_increment_mm: by, spin_increment_rad, dt_s: g.time_s };
 
         // The common error.
-        let (length, stiffness) = (self.slip_length_mm(), self.model.stiffness_at(self.depth_mm));
-        let travel = if moves { travel } else { 0.0 };
+        let (length, stiffness) = (self.slip_length_mm(), self.finger.stiffness_at(&self.tables, self.depth_mm));
+        let mut travel = if moves { travel } else { 0.0 };
+        let turned = if F::TURNS { ARM_MM * turn.by_rad.magnitude() } else { 0.0 };
+        if F::TURNS {
+            travel += turned;
+        }
         let Settings { model_error, correlation, drift, play_mm, tare_drift_n, .. } = self.settings;
         let kept = 1.0 / (1.0 + travel / (correlation * length));
         let amount = sqrt((friction[0] * friction[0] + friction[1] * friction[1]).magnitude());
         self.peak_n = (self.peak_n * kept).max(amount);
+        if let Some((moment, _)) = turn.moment {
+            self.peak_n = self.peak_n.max(moment.magnitude() * (1.0 / ARM_MM));
+        }
         // The bed errs by a share of the limit, and by less where little of it is used.
         let limit = stiffness * self.posterior.stiffness.mean * length;
         let changed = ((self.normal_n - before_n).magnitude() / self.normal_n.max(TOUCH_N)).at_most(1.0);
@@ -436,6 +402,9 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         let turns = moves && self.ahead[0] * by[0] + self.ahead[1] * by[1] < 0.0;
         if moves {
             self.ahead = by;
+        }
+        if F::TURNS {
+            self.error_n2 += stiffness * stiffness * PIVOT * PIVOT * turned * length;
         }
         if turns {
             self.error_n2 += stiffness * stiffness * play_mm * play_mm;
@@ -450,23 +419,38 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
         self.error_n = [0, 1].map(|k| kept * self.error_n[k] + gain * measured[k]);
         let remembered = if in_range { 1.0 - FORGOTTEN * (travel / length).at_most(1.0) } else { 1.0 - FORGOTTEN };
         let posterior = &self.posterior;
+        // The error of the moment counts as new only as far as the common error has changed.
+        let (moment, per_moment) = turn.moment.map_or((0.0, 0.0), |(moment, noise)| {
+            let error = ARM_MM * ARM_MM * error * error / (1.0 - kept * kept).max(1e-6);
+            (moment, 1.0 / (noise + error).max(LEAST_N2))
+        });
         // The least innovation among those that were possible.
         let mut surprise = f32::MAX;
         for (k, (twin, evidence)) in self.twins.iter_mut().zip(&mut self.evidence).enumerate() {
-            let forces = self.model.step_forces(&mut twin.state, motion);
+            let forces = self.finger.step_twin(&mut twin.state, motion);
             let corrected = self.settings.curve_at(1.0 - forces.slip_margin);
             let [x, y] = [0, 1].map(|k| forces.friction_n[k] * corrected - kept * twin.error_n[k]);
+            let m = forces.spin_moment_n_mm * corrected;
             twin.error_n = [kept * twin.error_n[0] + gain * x, kept * twin.error_n[1] + gain * y];
             if let Some(strength) = posterior.possible(k) {
-                let factor = strength / twin.state.strength_factor();
+                let factor = strength / F::strength_factor(&twin.state);
                 let [u, v] = [measured[0] - factor * x, measured[1] - factor * y];
-                surprise = surprise.min((u * u + v * v) * per_total);
+                let mut square = (u * u + v * v) * per_total;
+                if F::TURNS {
+                    let w = moment - factor * m;
+                    square += w * w * per_moment;
+                }
+                surprise = surprise.min(square);
             }
             if k == posterior.best {
-                self.of_shear_n = forces.normal_force_n - self.model.normal_at(self.depth_mm);
+                self.of_shear_n = forces.normal_force_n - self.finger.normal_at(&self.tables, self.depth_mm);
             }
-            let by = if in_range { per_total } else { 0.0 };
-            evidence.add(remembered, (measured[0] * x + measured[1] * y) * by, (x * x + y * y) * by);
+            let by = if in_range { [per_total, per_moment] } else { [0.0; 2] };
+            let (mut cross, mut square) = ((measured[0] * x + measured[1] * y) * by[0], (x * x + y * y) * by[0]);
+            if F::TURNS {
+                (cross, square) = (cross + moment * m * by[1], square + m * m * by[1]);
+            }
+            evidence.add(remembered, cross, square);
         }
         self.follow_stick(&g, friction_n2, amount, turns);
         let changed = surprise > SURPRISE_ALONE || surprise > SURPRISE && self.surprised;
@@ -503,22 +487,23 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             return;
         }
         let Settings { stick_error, tare_n, .. } = self.settings;
-        let limit_n = (self.model.limit_at(self.depth_mm) * Elementary::exp(self.posterior.logarithm.mean)).max(1e-4);
+        let limit_n = (self.finger.limit_at(&self.tables, self.depth_mm)
+            * Elementary::exp(self.posterior.logarithm.mean))
+        .max(1e-4);
         let of_force = STICK_SLOPE * STICK_SLOPE * (friction_n2 + tare_n * tare_n) / (limit_n * limit_n);
         self.stick = Some(Stick {
             ratio,
             per_variance: 1.0 / (noise2 + stick_error * stick_error + of_force),
             used: self.used(self.load.now),
-            curve: self.sticks.at(self.depth_mm / self.model.depth_max_mm()),
+            curve: self.finger.stick_ratios_at(&self.tables, self.depth_mm),
         });
     }
 
     /// Friction over that of full slip at a strength factor of 1.
-    fn used(&self, [normal, x, y]: [f32; 3]) -> f32 {
-        let depth = self.model.depth_for_normal((normal - self.of_shear_n).max(0.2 * normal).max(1e-6));
-        let limit = self.model.limit_at(depth);
-        let (row, t) = self.model.cell(depth);
-        share_of_limit(row, t, [x / limit, y / limit]).not_negative().at_most(1e6)
+    fn used(&self, forces_n: [f32; 3]) -> f32 {
+        let best = self.posterior.best;
+        let twin = self.twins.get(best).map(|twin| (&twin.state, self.posterior.possible(best).unwrap_or(1.0)));
+        self.finger.used(&self.tables, twin, forces_n, self.of_shear_n).not_negative().at_most(1e6)
     }
 
     /// The margin of the present forces.
@@ -557,47 +542,5 @@ impl<'a, const M: usize, const N: usize> MarginObserver<'a, M, N> {
             Known::Strength
         };
         margin
-    }
-}
-
-impl Gathered {
-    fn add(&mut self, [normal, x, y]: [f32; 3], position_mm: [f32; 2], stick: f32, variances: &Variances, dt_s: f32) {
-        self.number += 1.0;
-        self.time_s += dt_s;
-        self.normal_n += normal;
-        self.friction_n = [self.friction_n[0] + x, self.friction_n[1] + y];
-        self.position_mm = [self.position_mm[0] + position_mm[0], self.position_mm[1] + position_mm[1]];
-        for (sum, variance) in self.variances.iter_mut().zip([variances.normal, variances.friction, variances.slide]) {
-            *sum += variance;
-        }
-        if variances.stick > 0.0 {
-            let [number, sum, variance] = self.stick;
-            self.stick = [number + 1.0, sum + stick, variance + variances.stick];
-        }
-    }
-
-    fn mean_position(&self) -> [f32; 2] {
-        self.position_mm.map(|sum| sum / self.number.max(1.0))
-    }
-
-    /// Variances of the means: normal force, friction, position.
-    fn errors(&self) -> [f32; 3] {
-        let per_square = 1.0 / (self.number * self.number).max(1.0);
-        self.variances.map(|sum| sum * per_square)
-    }
-}
-
-impl Load {
-    /// Takes a reading into the filters.
-    ///
-    /// * `fresh`: whether the contact begins; the rates are then zero
-    fn follow(&mut self, reading: [f32; 3], dt_s: f32, fresh: bool) {
-        let (quick, slow) = (dt_s / (SMOOTH_S + dt_s), dt_s / (RATE_S + dt_s));
-        let filters = self.now.iter_mut().zip(&mut self.slow).zip(&mut self.per_s);
-        for (((now, lagging), rate), value) in filters.zip(reading) {
-            *now += quick * (value - *now);
-            *lagging += slow * (*now - *lagging);
-            *rate = if fresh { 0.0 } else { (*now - *lagging) / RATE_S };
-        }
     }
 }

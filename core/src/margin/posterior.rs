@@ -3,7 +3,6 @@
 //! Main types: [`Evidence`], [`Posterior`]. Uses stick and math.
 
 use super::stick::Stick;
-use super::{RATIO_STEP, TWINS, ratios};
 use crate::math::{Elementary, Scalar, sqrt};
 
 /// Sums of the evidence of one twin, with A the measured and B the twin's innovation: A · B / S and B · B / S.
@@ -30,9 +29,46 @@ pub(super) struct Normal {
     pub(super) variance: f32,
 }
 
+/// Largest logarithm of the twins' ratio of strength and stiffness factor; the least one is as far below 0.
+const RATIO_MAX: f64 = 1.44;
+/// e to the power of the least logarithm.
+const RATIO_LEAST: f32 = 0.236_927_76;
+
+/// Steps of a geometric series of ratios.
+struct Steps<const TWINS: usize>;
+
+impl<const TWINS: usize> Steps<TWINS> {
+    const OF_LOGARITHM: f64 = {
+        assert!(TWINS >= 5 && TWINS % 2 == 1, "an odd number of twins, at least 5: the middle one has the ratio 1");
+        2.0 * RATIO_MAX / (TWINS - 1) as f64
+    };
+    const STEP: f32 = Self::OF_LOGARITHM as f32;
+    /// e to the power of a step.
+    const GROWTH: f32 = {
+        let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
+        while k < 20.0 {
+            term *= Self::OF_LOGARITHM / k;
+            sum += term;
+            k += 1.0;
+        }
+        sum as f32
+    };
+}
+
+/// Logarithm and value of the twins' ratio of strength and stiffness factor.
+pub(super) fn ratios<const TWINS: usize>() -> impl Iterator<Item = (f32, f32)> {
+    let start = -((TWINS / 2) as f32) * Steps::<TWINS>::STEP;
+    let mut ratio = RATIO_LEAST;
+    (0..TWINS).map(move |k| {
+        let this = ratio;
+        ratio *= Steps::<TWINS>::GROWTH;
+        (start + Steps::<TWINS>::STEP * k as f32, this)
+    })
+}
+
 /// The distribution of the strength factor: a sum of bells, one for each twin.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Posterior {
+pub(super) struct Posterior<const TWINS: usize> {
     weight: [f32; TWINS],
     centre: [f32; TWINS],
     /// One over the width of the bell.
@@ -54,7 +90,7 @@ const MOST: f32 = 8.0;
 /// Halvings of that range: to 3.4 %, and a straight line within.
 const HALVINGS: u32 = 7;
 
-impl Posterior {
+impl<const TWINS: usize> Posterior<TWINS> {
     /// * `stiffness`: prior of the stiffness factor
     /// * `spread`: standard deviation of the logarithm of the ratio of strength and stiffness
     /// * `stick`: the present stick ratio, if it is measured
@@ -69,7 +105,7 @@ impl Posterior {
             best: TWINS / 2,
         };
         let mut factors = [Normal { mean: 1.0, variance: 0.0 }; TWINS];
-        let cells = this.weight.iter_mut().zip(&mut factors).zip(evidence).zip(ratios());
+        let cells = this.weight.iter_mut().zip(&mut factors).zip(evidence).zip(ratios::<TWINS>());
         for (((weight, factor), evidence), (logarithm, _)) in cells {
             let precision = certainty + evidence.square;
             let pull = certainty * stiffness.mean + evidence.cross;
@@ -81,7 +117,7 @@ impl Posterior {
             *factor = Normal { mean: mean.clamp(0.3, 3.0), variance: 1.0 / precision };
         }
         if let Some(stick) = stick {
-            for ((weight, factor), (_, ratio)) in this.weight.iter_mut().zip(&factors).zip(ratios()) {
+            for ((weight, factor), (_, ratio)) in this.weight.iter_mut().zip(&factors).zip(ratios::<TWINS>()) {
                 *weight += stick.likelihood(ratio * factor.mean);
             }
         }
@@ -98,11 +134,12 @@ impl Posterior {
         }
         let per_total = 1.0 / total;
         let (mut first, mut second) = ([0.0f32; 2], [0.0f32; 2]);
-        let cells = this.weight.iter_mut().zip(&mut this.centre).zip(&mut this.per_width).zip(&factors).zip(ratios());
+        let cells =
+            this.weight.iter_mut().zip(&mut this.centre).zip(&mut this.per_width).zip(&factors).zip(ratios::<TWINS>());
         for ((((weight, centre), per_width), factor), (logarithm, ratio)) in cells {
             *weight *= per_total;
             *centre = ratio * factor.mean;
-            let grid = RATIO_STEP * factor.mean;
+            let grid = Steps::<TWINS>::STEP * factor.mean;
             let spread = factor.variance + grid * grid * (1.0 / 12.0);
             *per_width = 1.0 / (WIDTH * ratio * sqrt(spread.magnitude()));
             let log_strength = logarithm + Elementary::ln(factor.mean);

@@ -3,8 +3,8 @@
 //! Main types: [`Curves`] (what the model expects), [`Stick`] (what was measured). Uses the step and math.
 
 use super::input::along;
+use crate::Response;
 use crate::math::Scalar;
-use crate::{ModelOf, Motion, StateOf};
 
 /// Depths of the two pulls over the model's range, and most steps of a pull.
 const DEPTHS: [f32; 2] = [0.25, 0.75];
@@ -17,11 +17,15 @@ const MOST: f32 = 8.0;
 /// Stick ratios of the model in a pull, where friction is 0, 1/4, 1/2, 3/4 of the limit and all of it, at two depths. They depend on the shape
 /// of the finger, hardly on the surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Curves([[f32; 5]; 2]);
+pub struct Curves([[f32; 5]; 2]);
 
 impl Curves {
-    pub(super) fn of<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>) -> Self {
-        Self(DEPTHS.map(|share| pull(model, share * model.depth_max_mm())))
+    /// Those of a finger that never slips.
+    pub(super) const STICKS: Self = Self([[1.0; 5]; 2]);
+
+    /// * `pull`: the curve of a pull at a share of the range of depths, by [`stick_ratios`]
+    pub(super) fn of(pull: impl FnMut(f32) -> [f32; 5]) -> Self {
+        Self(DEPTHS.map(pull))
     }
 
     /// The curve at a share of the model's range of depths.
@@ -32,19 +36,19 @@ impl Curves {
     }
 }
 
-/// Stick ratios of a pull at a depth.
-fn pull<const M: usize, const N: usize>(model: &ModelOf<'_, M, N>, depth_mm: f32) -> [f32; 5] {
-    let mut state = StateOf::<M>::default();
-    let by = STEP * model.limit_at(depth_mm) / model.stiffness_at(depth_mm).max(1e-6);
+/// Stick ratios along a pull.
+///
+/// * `limit_n`, `stiffness_n_mm`: largest friction, and its stiffness while everything sticks
+/// * `step`: advances the contact by a slide along x, mm
+pub(super) fn stick_ratios(limit_n: f32, stiffness_n_mm: f32, mut step: impl FnMut(f32) -> Response) -> [f32; 5] {
+    let by = STEP * limit_n / stiffness_n_mm.max(1e-6);
     let mut curve = [1.0, 0.75, 0.5, 0.25, 0.0];
     let (mut next, mut before) = (1usize, (0.0, 1.0));
     for k in 0..STEPS {
         if next == 4 {
             break;
         }
-        let slide_increment_mm = [if k == 0 { 0.0 } else { by }, 0.0];
-        let motion = Motion { depth_mm, slide_increment_mm, spin_increment_rad: 0.0, dt_s: 1e-3 };
-        let r = model.step(&mut state, motion);
+        let r = step(if k == 0 { 0.0 } else { by });
         let now = (1.0 - r.slip_margin, r.stick_ratio);
         while next < 4 && now.0 >= 0.25 * next as f32 {
             let t = (0.25 * next as f32 - before.0) / (now.0 - before.0).max(1e-6);

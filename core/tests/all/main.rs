@@ -16,6 +16,7 @@ mod haptics;
 mod held_load;
 mod margin;
 mod pad_driven;
+mod pad_margin;
 mod pads;
 mod properties;
 mod recipe;

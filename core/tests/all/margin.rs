@@ -2,8 +2,8 @@
 //! Finite elements as truth are in the repository's tests (`margin`).
 
 use crate::common::{Noise, shipped};
-use fingerpad::margin::{Known, Margin, MarginObserver, Reading, Settings};
-use fingerpad::{Drive, Error, Model, Normal, State, Status, Tangential, Tuning};
+use fingerpad::margin::{Known, Margin, MarginObserver, Observable, Observer as Core, Reading, Settings};
+use fingerpad::{Drivable, Drive, Error, Model, Normal, State, Status, Tangential, Tuning};
 use proptest::prelude::*;
 
 /// Of [`the_bits_of_a_story`].
@@ -11,7 +11,7 @@ const DIGEST: u32 = 0x6d03_790b;
 
 type Observer<'a> = MarginObserver<'a, 4, 37>;
 
-const AIR: Reading = Reading {
+pub const AIR: Reading = Reading {
     normal_force_n: 0.0,
     friction_n: [0.0; 2],
     slide_increment_mm: [0.0; 2],
@@ -20,6 +20,9 @@ const AIR: Reading = Reading {
     slide_covariance_mm2: [25e-6, 25e-6, 0.0],
     stick_ratio: 0.0,
     stick_variance: 0.0,
+    spin_increment_rad: 0.0,
+    spin_moment_n_mm: 0.0,
+    spin_variance_n2_mm2: 0.0,
     dt_s: 1e-3,
 };
 
@@ -27,32 +30,39 @@ fn observer<'a>(model: &Model<'a>) -> Observer<'a> {
     Observer::new(model, Settings { curve: [0.0; 5], ..Settings::default() }).unwrap()
 }
 
-/// A finger of the bed and the sensors: 5 mN, 5 um.
-struct Rig<'a> {
-    finger: Model<'a>,
-    state: State,
+/// A finger and the sensors: 5 mN, 5 um.
+pub struct Rig<F, S> {
+    finger: F,
+    pub state: S,
     noise: Noise,
     before: [f32; 2],
     place: [f32; 2],
     /// True margin after the last reading.
-    margin: f32,
+    pub margin: f32,
     /// Standard deviation of the measured stick ratio; 0: not measured.
     stick_noise: f32,
 }
 
-impl<'a> Rig<'a> {
-    fn new(model: &Model<'a>, stiffness: f32, strength: f32) -> Self {
+impl<S: Clone, F: Drivable<S>> Rig<F, S> {
+    pub fn new(model: &F, stiffness: f32, strength: f32) -> Self {
         let finger = model.tuned(Tuning { stiffness, ..Tuning::default() }).unwrap();
-        let mut state = State::default();
-        state.set_strength_factor(strength);
+        let mut state = finger.fresh().unwrap();
+        finger.set_strength_factor(&mut state, strength);
         Self { finger, state, noise: Noise(5), before: [0.0; 2], place: [0.0; 2], margin: 1.0, stick_noise: 0.0 }
     }
 
-    fn read(&mut self, normal_n: f32, by: [f32; 2]) -> Reading {
+    pub fn read(&mut self, normal_n: f32, by: [f32; 2]) -> Reading {
+        self.read_turned(normal_n, by, 0.0, 0.0)
+    }
+
+    /// A reading with a turn, rad.
+    ///
+    /// * `moment_noise`: standard deviation of the measured moment, N mm; 0: not measured
+    pub fn read_turned(&mut self, normal_n: f32, by: [f32; 2], spin_increment_rad: f32, moment_noise: f32) -> Reading {
         let drive = Drive {
             normal: Normal::ForceN(normal_n),
             tangential: Tangential::SlideIncrementMm(by),
-            spin_increment_rad: 0.0,
+            spin_increment_rad,
             dt_s: 1e-3,
         };
         let r = self.finger.step_driven(&mut self.state, drive).response;
@@ -69,19 +79,30 @@ impl<'a> Rig<'a> {
             slide_increment_mm: increment,
             stick_ratio: r.stick_ratio + noise(self.stick_noise),
             stick_variance: self.stick_noise * self.stick_noise,
+            spin_increment_rad,
+            spin_moment_n_mm: if moment_noise > 0.0 { r.spin_moment_n_mm + noise(moment_noise) } else { 0.0 },
+            spin_variance_n2_mm2: moment_noise * moment_noise,
             ..AIR
         }
     }
 
     /// Presses, then slides until the true margin has come down to `margin`; the last answer.
-    fn pull(&mut self, observer: &mut Observer<'a>, margin: f32) -> Margin {
+    pub fn pull<O: Observable<T>, T: Copy, const N: usize>(
+        &mut self,
+        observer: &mut Core<O, T, N>,
+        margin: f32,
+    ) -> Margin {
         for k in 0..300 {
             observer.step(self.read(0.8 * (k as f32 / 300.0), [0.0; 2]));
         }
         self.slide(observer, margin)
     }
 
-    fn slide(&mut self, observer: &mut Observer<'a>, margin: f32) -> Margin {
+    pub fn slide<O: Observable<T>, T: Copy, const N: usize>(
+        &mut self,
+        observer: &mut Core<O, T, N>,
+        margin: f32,
+    ) -> Margin {
         let mut last = observer.step(self.read(0.8, [0.0; 2]));
         for _ in 0..6000 {
             if self.margin <= margin {
@@ -98,7 +119,7 @@ fn the_strength_of_a_surface_is_found_before_it_slips() {
     let data = shipped();
     let model = data.model().unwrap();
     for (stiffness, strength) in [(1.0, 0.5), (0.87, 0.7), (1.15, 1.0), (1.0, 1.5), (0.9, 2.0)] {
-        let (mut rig, mut observer) = (Rig::new(&model, stiffness, strength), observer(&model));
+        let (mut rig, mut observer) = (Rig::<_, State>::new(&model, stiffness, strength), observer(&model));
         let stuck = rig.pull(&mut observer, 0.97);
         assert_eq!(stuck.known, Known::Prior, "{strength}: {stuck:?}");
         assert!(stuck.strength_high / stuck.strength_low > 3.0, "{strength}: {stuck:?}");
@@ -118,7 +139,7 @@ fn the_share_that_sticks_tells_the_strength_early() {
     let model = data.model().unwrap();
     for (stiffness, strength) in [(1.0, 0.5), (0.87, 0.7), (1.15, 1.0), (1.0, 1.5), (0.9, 2.0)] {
         let [blind, seeing] = [0.0, 0.05].map(|stick_noise| {
-            let (mut rig, mut observer) = (Rig::new(&model, stiffness, strength), observer(&model));
+            let (mut rig, mut observer) = (Rig::<_, State>::new(&model, stiffness, strength), observer(&model));
             rig.stick_noise = stick_noise;
             let early = rig.pull(&mut observer, 0.4);
             assert!((rig.margin - early.slip_margin).abs() < 0.2 || stick_noise == 0.0, "{strength}: {early:?}");
@@ -136,7 +157,7 @@ fn a_skin_that_always_says_stick_does_not_hide_slip() {
     let data = shipped();
     let model = data.model().unwrap();
     for strength in [0.5, 1.0, 2.0] {
-        let (mut rig, mut observer) = (Rig::new(&model, 1.0, strength), observer(&model));
+        let (mut rig, mut observer) = (Rig::<_, State>::new(&model, 1.0, strength), observer(&model));
         for k in 0..300 {
             observer.step(rig.read(0.8 * (k as f32 / 300.0), [0.0; 2]));
         }
@@ -155,7 +176,7 @@ fn the_share_that_sticks_does_not_deceive_after_a_turn() {
     let model = data.model().unwrap();
     for (stiffness, strength) in [(1.0, 0.5), (1.15, 1.0), (0.9, 2.0)] {
         for circle in [false, true] {
-            let (mut rig, mut observer) = (Rig::new(&model, stiffness, strength), observer(&model));
+            let (mut rig, mut observer) = (Rig::<_, State>::new(&model, stiffness, strength), observer(&model));
             rig.stick_noise = 0.05;
             rig.pull(&mut observer, 0.3);
             let mut worst = 0.0f32;
@@ -180,7 +201,7 @@ fn the_share_that_sticks_does_not_deceive_after_a_turn() {
 fn a_surface_that_changes_reopens_the_prior() {
     let data = shipped();
     let model = data.model().unwrap();
-    let (mut rig, mut observer) = (Rig::new(&model, 1.0, 1.5), observer(&model));
+    let (mut rig, mut observer) = (Rig::<_, State>::new(&model, 1.0, 1.5), observer(&model));
     let before = rig.pull(&mut observer, 0.1);
     assert!(before.strength_low > 1.1, "{before:?}");
     // Water.
@@ -199,7 +220,7 @@ fn a_surface_that_changes_reopens_the_prior() {
 fn another_object_starts_from_the_prior_with_the_stiffness_that_was_learned() {
     let data = shipped();
     let model = data.model().unwrap();
-    let (mut rig, mut observer) = (Rig::new(&model, 1.3, 1.0), observer(&model));
+    let (mut rig, mut observer) = (Rig::<_, State>::new(&model, 1.3, 1.0), observer(&model));
     let first = rig.pull(&mut observer, 0.1);
     for _ in 0..200 {
         observer.step(rig.read(-1.0, [0.0; 2]));
@@ -223,7 +244,7 @@ fn is_wider(before: &Margin, after: &Margin) -> bool {
 fn unsound_readings_are_flagged_and_widen_the_bounds() {
     let data = shipped();
     let model = data.model().unwrap();
-    let (mut rig, mut knowing) = (Rig::new(&model, 1.0, 1.0), observer(&model));
+    let (mut rig, mut knowing) = (Rig::<_, State>::new(&model, 1.0, 1.0), observer(&model));
     let known = rig.pull(&mut knowing, 0.3);
     let sound = rig.read(0.8, [0.0; 2]);
     let infinite = f32::INFINITY;
@@ -307,6 +328,7 @@ fn the_bits_of_a_story() {
             slide_covariance_mm2: [1.0 / 32768.0, 1.0 / 32768.0, 0.0],
             stick_ratio: 1.0 - pull / 512.0 + noise(),
             stick_variance: if k % 128 >= 64 { 1.0 / 256.0 } else { 0.0 },
+            ..Reading::default()
         };
         let m = observer.step(reading);
         let bits = [
@@ -327,32 +349,43 @@ fn the_bits_of_a_story() {
     assert_eq!(digest, DIGEST, "{digest:#010x}");
 }
 
+/// Answers along readings of any bits are bounded. Some of the numbers are sensible, so that all is reached.
+pub fn any_bits<O: Observable<T>, T: Copy, const N: usize>(
+    mut observer: Core<O, T, N>,
+    readings: &[[u32; 18]],
+    tame: u64,
+) -> Result<(), TestCaseError> {
+    for (k, bits) in readings.iter().enumerate() {
+        let of =
+            |i: usize, usual: f32| if tame >> ((k * 7 + i) % 64) & 1 == 0 { usual } else { f32::from_bits(bits[i]) };
+        let m = observer.step(Reading {
+            normal_force_n: of(0, 0.9),
+            friction_n: [of(1, 0.5), of(2, -0.1)],
+            slide_increment_mm: [of(3, 0.03), of(4, 0.01)],
+            normal_variance_n2: of(5, 1e-5),
+            friction_covariance_n2: [of(6, 1e-5), of(7, 1e-5), of(8, 0.0)],
+            slide_covariance_mm2: [of(9, 1e-5), of(10, 1e-5), of(11, 0.0)],
+            dt_s: of(12, 0.01),
+            stick_ratio: of(13, 0.8),
+            stick_variance: of(14, 0.01),
+            spin_increment_rad: of(15, 0.01),
+            spin_moment_n_mm: of(16, 0.3),
+            spin_variance_n2_mm2: of(17, 1e-3),
+        });
+        prop_assert!(0.0 < m.strength_low && m.strength_low <= m.strength_factor, "{m:?}");
+        prop_assert!(m.strength_factor <= m.strength_high && m.strength_high <= 10.0, "{m:?}");
+        prop_assert!(0.0 <= m.margin_low && m.margin_low <= m.slip_margin, "{m:?}");
+        prop_assert!(m.slip_margin <= m.margin_high && m.margin_high <= 1.0, "{m:?}");
+        prop_assert!((0.0..=1.0).contains(&m.slip_chance) && (0.0..=1.0).contains(&m.information), "{m:?}");
+        prop_assert!((0.1..=4.0).contains(&m.stiffness_factor), "{m:?}");
+    }
+    Ok(())
+}
+
 proptest! {
     #[test]
-    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform15(any::<u32>()), 1..60), tame in any::<u64>()) {
+    fn any_bits_give_bounded_answers(readings in prop::collection::vec(prop::array::uniform18(any::<u32>()), 1..60), tame in any::<u64>()) {
         let data = shipped();
-        let model = data.model().unwrap();
-        let mut observer = observer(&model);
-        for (k, bits) in readings.into_iter().enumerate() {
-            // Some of the numbers are sensible, so that all is reached.
-            let of = |i: usize, usual: f32| if tame >> ((k * 7 + i) % 64) & 1 == 0 { usual } else { f32::from_bits(bits[i]) };
-            let m = observer.step(Reading {
-                normal_force_n: of(0, 0.9),
-                friction_n: [of(1, 0.5), of(2, -0.1)],
-                slide_increment_mm: [of(3, 0.03), of(4, 0.01)],
-                normal_variance_n2: of(5, 1e-5),
-                friction_covariance_n2: [of(6, 1e-5), of(7, 1e-5), of(8, 0.0)],
-                slide_covariance_mm2: [of(9, 1e-5), of(10, 1e-5), of(11, 0.0)],
-                dt_s: of(12, 0.01),
-                stick_ratio: of(13, 0.8),
-                stick_variance: of(14, 0.01),
-            });
-            prop_assert!(0.0 < m.strength_low && m.strength_low <= m.strength_factor, "{m:?}");
-            prop_assert!(m.strength_factor <= m.strength_high && m.strength_high <= 10.0, "{m:?}");
-            prop_assert!(0.0 <= m.margin_low && m.margin_low <= m.slip_margin, "{m:?}");
-            prop_assert!(m.slip_margin <= m.margin_high && m.margin_high <= 1.0, "{m:?}");
-            prop_assert!((0.0..=1.0).contains(&m.slip_chance) && (0.0..=1.0).contains(&m.information), "{m:?}");
-            prop_assert!((0.1..=4.0).contains(&m.stiffness_factor), "{m:?}");
-        }
+        any_bits(observer(&data.model().unwrap()), &readings, tame)?;
     }
 }

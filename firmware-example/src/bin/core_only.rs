@@ -119,6 +119,9 @@ fn observe(model: &Model<'_>, f: [f32; 4]) -> Option<Margin> {
         slide_covariance_mm2: [f[3], f[3], f[2]],
         stick_ratio: f[1],
         stick_variance: f[3],
+        spin_increment_rad: f[1],
+        spin_moment_n_mm: f[2],
+        spin_variance_n2_mm2: f[3],
         dt_s: f[3],
     };
     observer.step(black_box(reading));

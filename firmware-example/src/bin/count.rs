@@ -271,6 +271,7 @@ extern "C" fn observed(b: &mut MarginBench<'_>, s: &[f32; 4]) {
         stick_ratio: 0.8,
         stick_variance: b.stick_variance,
         dt_s: b.dt_s,
+        ..Reading::default()
     });
 }
 

@@ -65,6 +65,7 @@ pub fn run(args: &ObserveArgs, path: &Path, file: &ModelFile, outputs: Outputs, 
             stick_ratio: row[6] as f32,
             stick_variance: if row[6].is_nan() { 0.0 } else { stick },
             dt_s,
+            ..Reading::default()
         });
         left_out += usize::from(margin.status != fingerpad::Status::OK);
         lines.push(line(row[0], &margin));

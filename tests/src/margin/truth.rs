@@ -300,6 +300,7 @@ pub fn measure(run: &Truth, ride: Ride, sensors: &Sensors, random: &mut Random) 
                 stick_ratio: stick as f32,
                 stick_variance: variance(sensors.stick),
                 dt_s: DT_S as f32,
+                ..Reading::default()
             };
             Measured { reading, truth, way_mm: way }
         })

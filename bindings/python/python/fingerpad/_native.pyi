@@ -438,12 +438,16 @@ class Finger:
 
 @final
 class MarginObserver:
-    """Slip margin on a surface of unknown friction, from measured force and motion of one contact."""
+    """Slip margin on a surface of unknown friction, from measured force and motion of one contact of a bed or a pad."""
 
     def __new__(
         cls,
-        model: Model,
+        model: Model | Pad,
         *,
+        body: Body | None = None,
+        pitch_deg: float | None = None,
+        roll_deg: float | None = None,
+        model_error: float | None = None,
         strength: float | None = None,
         stiffness: float | None = None,
         force_lag_s: float = 0.0,
@@ -454,8 +458,11 @@ class MarginObserver:
         confidence: float | None = None,
         ahead_s: float | None = None,
     ) -> MarginObserver:
-        """An observer in the air. Raises InputError for a setting out of its range.
+        """An observer in the air. Raises InputError for a setting out of its range, and for tissue that relaxes.
 
+        Of a pad only: body (a plane by default), and the pose of the finger, which stays. pitch_deg is the neutral one and roll_deg 0 by default.
+
+        model_error is the standard deviation of the model's friction, share of the limit: 0.018 for a bed, 0.03 for a pad by default.
         strength and stiffness are standard deviations of the prior: of the logarithm of the strength factor (0.7), and of the finger's
         tangential stiffness, share (0.15). confidence is the probability of the bands (0.95), ahead_s the time of slip_chance (0.05).
         """
@@ -474,11 +481,15 @@ class MarginObserver:
         slide_covariance_mm2: tuple[float, float, float] = ...,
         stick_ratio: float = 0.0,
         stick_variance: float = 0.0,
+        spin_rad: float = 0.0,
+        spin_moment_n_mm: float = 0.0,
+        spin_variance_n2_mm2: float = 0.0,
     ) -> Margin:
         """Takes forces, slide since the last reading and the covariance of their noise (xx, yy, xy; of the position for the slide).
 
         Without them the noise of a force and of a position is 5 mN and 5 um. stick_ratio is the share of the contact area that sticks, from the
-        shear field of a tactile skin, and counts where stick_variance is not 0.
+        shear field of a tactile skin, and counts where stick_variance is not 0. spin_rad is the turn about the normal since the last reading, and
+        spin_moment_n_mm the moment, which counts where spin_variance_n2_mm2 is not 0. A pad uses both, a bed neither.
 
         A reading that is unsound is left out and flagged, and the bounds widen.
         """
