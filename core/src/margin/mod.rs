@@ -87,6 +87,8 @@ const STICK_SLOPE: f32 = 1.2;
 /// Share of the largest friction by which it falls where the slide turns back, and a rise of the stick ratio beside its noise.
 const FALLS: f32 = 0.1;
 const RISES: f32 = 0.05;
+/// Standard deviation of the error of the expected stick ratio after the normal force has changed by a factor of e under the slide.
+const PRESSES: f32 = 0.1;
 /// Least variance of a force that counts, N².
 const LEAST_N2: f32 = 1e-10;
 
@@ -132,6 +134,8 @@ pub struct Observer<F: Observable<S>, S, const TWINS: usize> {
     /// Largest friction since the touch or a change of the surface, N, and whether friction grows from there.
     largest_n: f32,
     grows: bool,
+    /// Change of the logarithm of the normal force along the slide.
+    pressed: f32,
     /// Prior of the stiffness factor, which earlier contacts improve.
     stiffness: Normal,
     /// The common error: its part of the measured friction, N, and its variance, N².
@@ -185,6 +189,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
             stick: None,
             largest_n: 0.0,
             grows: true,
+            pressed: 0.0,
             stiffness,
             error_n: [0.0; 2],
             error_n2: 0.0,
@@ -239,7 +244,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
             twin.error_n = [0.0; 2];
         }
         (self.error_n, self.error_n2) = ([0.0; 2], error_n2);
-        (self.stick, self.largest_n, self.grows) = (None, 0.0, true);
+        (self.stick, self.largest_n, self.grows, self.pressed) = (None, 0.0, true, 0.0);
         self.judge();
     }
 
@@ -402,6 +407,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         let turns = moves && self.ahead[0] * by[0] + self.ahead[1] * by[1] < 0.0;
         if moves {
             self.ahead = by;
+            self.pressed = (self.pressed + changed).at_most(1.0);
         }
         if F::TURNS {
             self.error_n2 += stiffness * stiffness * PIVOT * PIVOT * turned * length;
@@ -490,10 +496,11 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         let limit_n = (self.finger.limit_at(&self.tables, self.depth_mm)
             * Elementary::exp(self.posterior.logarithm.mean))
         .max(1e-4);
+        let of_press = PRESSES * self.pressed;
         let of_force = STICK_SLOPE * STICK_SLOPE * (friction_n2 + tare_n * tare_n) / (limit_n * limit_n);
         self.stick = Some(Stick {
             ratio,
-            per_variance: 1.0 / (noise2 + stick_error * stick_error + of_force),
+            per_variance: 1.0 / (noise2 + stick_error * stick_error + of_press * of_press + of_force),
             used: self.used(self.load.now),
             curve: self.finger.stick_ratios_at(&self.tables, self.depth_mm),
         });
