@@ -395,7 +395,7 @@ impl<F: Observable<S>, S: Copy, const TWINS: usize> Observer<F, S, TWINS> {
         if let Some((moment, _)) = turn.moment {
             self.peak_n = self.peak_n.max(moment.magnitude() * (1.0 / ARM_MM));
         }
-        // The bed errs by a share of the limit, and by less where little of it is used.
+        // The model errs by a share of the limit, and by less where little of it is used.
         let limit = stiffness * self.posterior.stiffness.mean * length;
         let changed = ((self.normal_n - before_n).magnitude() / self.normal_n.max(TOUCH_N)).at_most(1.0);
         let error = model_error * limit.at_most(STEEP * self.peak_n);

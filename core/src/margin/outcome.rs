@@ -39,7 +39,7 @@ pub struct Margin {
     pub margin_low: f32,
     /// Upper end of its band.
     pub margin_high: f32,
-    /// Chance of full slip within [`Settings::ahead_s`] if friction and normal force continue at their present rates.
+    /// Chance of full slip within [`super::Settings::ahead_s`] if friction and normal force continue at their present rates.
     pub slip_chance: f32,
     /// Tangential stiffness of the finger over that of the model.
     pub stiffness_factor: f32,

@@ -73,6 +73,7 @@ impl PadTables {
     fn share_for(&self, force_n: f32) -> f32 {
         let sought = root(force_n);
         let cell = self.nodes.iter().skip(1).take(CELLS - 1).take_while(|node| node.normal <= sought).count();
+        let cell = cell.min(CELLS - 1);
         let [a, b] = [self.nodes[cell].normal, self.nodes[cell + 1].normal];
         (cell as f32 + ((sought - a) / (b - a)).not_negative().at_most(1.0)) * (1.0 / CELLS as f32)
     }
@@ -125,14 +126,17 @@ impl<B: Surface<f32> + Copy, const P: usize> Observable<PadTwin<P>> for PadOn<'_
 
     fn tables(&self) -> Result<PadTables, Error> {
         let mut nodes = [Node::default(); CELLS + 1];
+        let mut least = 0.0f32;
         press::<B, P>(self, CELLS, |k, depth_mm, state, pressed| {
             let mut stuck = *state;
             stuck.set_strength_factor(STICKS);
             let before = slide(self, &mut stuck, depth_mm, 0.0).friction_n[0];
             let after = slide(self, &mut stuck, depth_mm, SMALL_MM).friction_n[0];
-            let least = nodes[k - 1].normal + 1e-6;
-            nodes[k] = Node {
-                normal: root(pressed.normal_force_n).max(least),
+            // The normal force rises from node to node.
+            least = root(pressed.normal_force_n).max(least + 1e-6);
+            let Some(node) = nodes.get_mut(k) else { return };
+            *node = Node {
+                normal: least,
                 limit: root(pressed.friction_limit_n),
                 stiffness_n_mm: ((after - before) / SMALL_MM).max(1e-3),
             };

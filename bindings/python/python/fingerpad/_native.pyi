@@ -462,7 +462,7 @@ class MarginObserver:
 
         Of a pad only: body (a plane by default), and the pose of the finger, which stays. pitch_deg is the neutral one and roll_deg 0 by default.
 
-        model_error is the standard deviation of the model's friction, share of the limit: 0.018 for a bed, 0.03 for a pad by default.
+        model_error is the standard deviation of the model's friction, share of the limit: 0.018 for a bed, 0.035 for a pad by default.
         strength and stiffness are standard deviations of the prior: of the logarithm of the strength factor (0.7), and of the finger's
         tangential stiffness, share (0.15). confidence is the probability of the bands (0.95), ahead_s the time of slip_chance (0.05).
         """
