@@ -9,7 +9,7 @@ import pytest
 import fingerpad
 from fingerpad import Finger, InputError, MarginObserver, Model, Pad, Sphere, Status
 
-DIGEST = 0x6D03790B
+DIGEST = 0xDEBBCAD0
 KNOWN = ["no_contact", "prior", "part", "strength"]
 
 
