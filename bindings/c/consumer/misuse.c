@@ -240,7 +240,7 @@ static void observers(const fingerpad_model *model)
         digest = turned(digest, bits(m.information));
         digest = turned(turned(turned(digest, m.known), m.surface_changed), m.status);
     }
-    expect_true(digest == 0xDEBBCAD0u, "an observer has the bits of the core");
+    expect_true(digest == 0xdebbcad0u, "an observer has the bits of the core");
 }
 
 /* A finger pressed to 0.8 mm and slid by 2 mm in small steps. */
