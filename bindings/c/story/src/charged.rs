@@ -1,15 +1,17 @@
-//! A model file with tables over a column of the user's own beside its effects: strength over a voltage, and a reading over
-//! voltage and temperature.
+//! A model file with more effects beside its own: relaxation, and tables over a column of the user's own (strength over a voltage, and a
+//! reading over voltage and temperature).
 
 use fingerpad::Error;
 use fingerpad::build::{Data, EffectSlot, Sections, TableColumn};
 use fingerpad::effects::tables::{Axis, FIRST_OWN, TABLE, Target};
 use fingerpad::host::ModelFile;
 
+/// Number of the law of relaxation, and its fraction and time, s.
+const RELAXATION: (u32, [f32; 2]) = (6, [0.2, 1.4]);
 /// Number of the temperature among the drivers of tables.
 const TEMPERATURE: usize = 11;
 
-/// The file with the tables added.
+/// The file with relaxation and the tables added.
 pub fn charged(file: &ModelFile) -> Result<ModelFile, Error> {
     let file = file.file();
     let column = TableColumn::new("voltage_v", "V", [0.0, 200.0], 20.0)?;
@@ -22,6 +24,8 @@ pub fn charged(file: &ModelFile) -> Result<ModelFile, Error> {
     let temperature = Axis { driver: TEMPERATURE, nodes: 3, low: 28.0, per_unit: 0.25 };
     let mut numbers = Vec::new();
     let mut slots = file.effects.to_vec();
+    let (kind, [fraction, time_s]) = RELAXATION;
+    slots.push(EffectSlot { kind, reserved: 0, values: [fraction, time_s, 0.0, 0.0, 0.0, 0.0] });
     let mut add = |target: Target, axes: [Axis; 2], value: fn(f32, f32) -> f32| {
         slots.push(EffectSlot {
             kind: TABLE,
