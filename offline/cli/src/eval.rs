@@ -254,12 +254,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(flag) = args.pad_flag() {
         return Err(Failure::Input(anyhow!("{model_name}: {flag} needs a pad; a bed of springs does not have it")));
     }
-    if args.path.is_none() && file.file().model.relaxation().is_some() {
-        return Err(Failure::Input(anyhow!(
-            "{model_name}: section RELX: --runs and --observe need a bed of springs whose tissue does not relax"
-        )));
-    }
     if let Some(log) = &args.observe.observe {
+        if file.file().model.relaxation().is_some() {
+            return Err(Failure::Input(anyhow!(
+                "{model_name}: section RELX: --observe needs a bed of springs whose tissue does not relax"
+            )));
+        }
         return super::observe::run(&args.observe, log, &file, outputs, &args.out);
     }
     match (&args.runs, &args.path) {

@@ -194,11 +194,11 @@ pub fn simulate_path<const M: usize, const N: usize>(
         (true, true) => driven::<M, N, RelaxingStateOf<M>>,
         (false, true) => driven::<M, N, RelaxingStateOf<M, 2>>,
     };
-    Ok(if model.relaxation().is_some() { follow(model, &in_time(path)) } else { follow(model, path) })
+    Ok(if model.relaxation().is_some() { follow(model, &in_time(path, &[]).0) } else { follow(model, path) })
 }
 
-/// The path with more waypoints on its straight lines, for tissue that relaxes.
-pub(crate) fn in_time(path: &Path) -> Path {
+/// The path with more waypoints on its straight lines, for tissue that relaxes, and the values of the user's own columns there.
+pub(crate) fn in_time(path: &Path, own: &[Option<Vec<f64>>]) -> (Path, Vec<Option<Vec<f64>>>) {
     // Segment and share of it.
     let mut places = vec![(0, 0.0)];
     for (k, pair) in path.waypoints.windows(2).enumerate() {
@@ -223,18 +223,16 @@ pub(crate) fn in_time(path: &Path) -> Path {
         x: corner(|w| w.x, *place),
         y: corner(|w| w.y, *place),
     };
-    let turned = |turn: &Option<Turn>| {
-        turn.as_ref().map(|Turn { drive, values }| Turn {
-            drive: *drive,
-            values: places.iter().map(|place| at(&|k| values[k], *place)).collect(),
-        })
-    };
+    let along = |values: &Vec<f64>| places.iter().map(|place| at(&|k| values[k], *place)).collect();
+    let turned =
+        |turn: &Option<Turn>| turn.as_ref().map(|Turn { drive, values }| Turn { drive: *drive, values: along(values) });
     let Turns { spin, pitch, roll } = &path.turns;
-    Path {
+    let path = Path {
         drives: path.drives,
         waypoints: places.iter().map(waypoint).collect(),
         turns: Turns { spin: turned(spin), pitch: turned(pitch), roll: turned(roll) },
-    }
+    };
+    (path, own.iter().map(|values| values.as_ref().map(|values| along(values))).collect())
 }
 
 fn driven<'a, const M: usize, const N: usize, S: Clone + Default>(
@@ -300,6 +298,10 @@ pub fn simulate_path_with_effects<const M: usize, const N: usize>(
         (true, true) => with_effects::<M, N, 1, BedMemory<M>>,
         (false, true) => with_effects::<M, N, 2, BedMemory<M, 2>>,
     };
+    if model.relaxation().is_some() {
+        let (path, own) = in_time(path, own);
+        return Ok(follow(model, effects, surroundings, &own, &path));
+    }
     Ok(follow(model, effects, surroundings, own, path))
 }
 

@@ -40,7 +40,7 @@ pub fn simulate_path_on_pad(pad: &Pad<'_>, body: &Body, path: &Path) -> Result<V
         |e: Error| PathError::Row { row: 1, problem: format!("the pad has more than {MOST_PATCHES} patches: {e}") };
     if pad.relaxation().is_some() {
         let state = RelaxingPadState::<MOST_PATCHES>::relaxing_over(pad, start).map_err(too_many)?;
-        return Ok(follow(pad, body, &in_time(path), state));
+        return Ok(follow(pad, body, &in_time(path, &[]).0, state));
     }
     let state = if body.is_plane() { PadState::new(pad) } else { PadState::over(pad, start) };
     Ok(follow(pad, body, path, state.map_err(too_many)?))
