@@ -223,7 +223,7 @@ pub(crate) fn in_time(path: &Path, own: &[Option<Vec<f64>>]) -> (Path, Vec<Optio
         x: corner(|w| w.x, *place),
         y: corner(|w| w.y, *place),
     };
-    let along = |values: &Vec<f64>| places.iter().map(|place| at(&|k| values[k], *place)).collect();
+    let along = |values: &Vec<f64>| -> Vec<f64> { places.iter().map(|place| at(&|k| values[k], *place)).collect() };
     let turned =
         |turn: &Option<Turn>| turn.as_ref().map(|Turn { drive, values }| Turn { drive: *drive, values: along(values) });
     let Turns { spin, pitch, roll } = &path.turns;
@@ -232,7 +232,7 @@ pub(crate) fn in_time(path: &Path, own: &[Option<Vec<f64>>]) -> (Path, Vec<Optio
         waypoints: places.iter().map(waypoint).collect(),
         turns: Turns { spin: turned(spin), pitch: turned(pitch), roll: turned(roll) },
     };
-    (path, own.iter().map(|values| values.as_ref().map(|values| along(values))).collect())
+    (path, own.iter().map(|values| values.as_ref().map(&along)).collect())
 }
 
 fn driven<'a, const M: usize, const N: usize, S: Clone + Default>(
