@@ -377,7 +377,7 @@ impl Tools {
 /// 5 % to the compiler.
 const INSTRUCTION_BOUNDS: [(&str, u32); 15] = [
     ("margin observer, a block", 40_000),
-    ("margin observer, also the stick", 43_000),
+    ("margin observer, also the stick", 40_000),
     ("spin step, three branches", 3140),
     ("step, three branches", 1744),
     ("step M=4 default", 778),
