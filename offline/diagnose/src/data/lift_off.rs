@@ -1,5 +1,5 @@
-//! Rows in which a finger is lifted off: tissue that has relaxed unloads along another path than it was loaded along, and the model has
-//! one path for both.
+//! Rows in which a finger is lifted off: tissue that has relaxed unloads along another path than it was loaded along, and without a law of
+//! relaxation the model has one path for both.
 //!
 //! Main function: [`lift_off`].
 

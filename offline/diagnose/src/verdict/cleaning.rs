@@ -60,7 +60,7 @@ pub fn before_lift_off(set: &RunSet, role: &str, cautions: &mut Vec<Caution>) ->
         column: "depth_mm".into(),
         text: format!(
             "{} of {} of the {role} set after the last hold, in which the finger is unloaded, {} left out: tissue that has relaxed \
-             unloads along another path, which the model does not have.",
+             unloads along another path.",
             counted(count(&flags) / 3, "row"),
             counted(runs, "run"),
             if count(&flags) == 3 { "is" } else { "are" }
