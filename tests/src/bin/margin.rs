@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use fingerpad::host::ModelFile;
+use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_report::traces_svg;
 use fingerpad_tests::fast_against_finite_elements::put_tables;
 use fingerpad_tests::margin::{Failure, PAGE, chart, tables};
@@ -17,7 +17,8 @@ fn main() -> Result<(), Failure> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let file = ModelFile::new(&std::fs::read(root.join("data/models/fingertip.fpm"))?)?;
     let model = file.file().model;
-    let tables = tables(&model, &root, NUMBER)?;
+    let pad = PadModelFile::new(&std::fs::read(root.join("data/models/fingertip-pad.fpm"))?)?;
+    let tables = tables(&model, &pad.file().pad, &root, NUMBER)?;
     for (name, table) in &tables {
         println!("{name}\n{table}");
     }

@@ -3,6 +3,7 @@
 //! Main types: [`truth::Truth`] (what happens), [`truth::Sensors`] (what is measured), [`score::Lab`] (experiments). [`stored`] reads the
 //! runs, [`tables`] makes the tables of the page, [`chart`] its picture. Uses the core, stored runs and charts.
 
+pub mod poses;
 pub mod score;
 pub mod truth;
 
@@ -10,6 +11,7 @@ use std::path::Path;
 
 use crate::synthetic_truth::Random;
 use fingerpad::Model;
+use fingerpad::pad::Pad;
 use fingerpad_reduce::{Kind, Run};
 use fingerpad_report::{Trace, TraceChart};
 
@@ -89,7 +91,12 @@ fn pull(model: &Model<'_>, run: &Run) -> Option<Truth> {
 ///
 /// # Errors
 /// What [`stored`] refuses.
-pub fn tables(model: &Model<'_>, root: &Path, number: usize) -> Result<Vec<(&'static str, String)>, Failure> {
+pub fn tables(
+    model: &Model<'_>,
+    pad: &Pad<'_>,
+    root: &Path,
+    number: usize,
+) -> Result<Vec<(&'static str, String)>, Failure> {
     let held = stored(model, &root.join("data/runs"), true)?;
     let fitted = stored(model, &root.join("data/runs"), false)?;
     let other = Truth::read(model, &std::fs::read_to_string(root.join(OTHER_LAMBDA))?);
@@ -145,7 +152,12 @@ pub fn tables(model: &Model<'_>, root: &Path, number: usize) -> Result<Vec<(&'st
             );
         }
     }
-    Ok(vec![("errors", table), ("announcements", alarms), ("map", map(model, &held.straight, number))])
+    Ok(vec![
+        ("poses", poses::table(model, pad, &root.join("data/runs"))?),
+        ("errors", table),
+        ("announcements", alarms),
+        ("map", map(model, &held.straight, number)),
+    ])
 }
 
 /// Bias and scatter over noise and limit, at three margins.

@@ -72,16 +72,20 @@ impl<'a> Lab<'a> {
     }
 }
 
-/// The observer with the facts of the sensors.
-pub fn observer<'a>(model: &Model<'a>, sensors: &Sensors) -> MarginObserver<'a, 4, 37> {
-    let settings = Settings {
+/// Settings with the facts of the sensors.
+pub fn settings(sensors: &Sensors, others: Settings) -> Settings {
+    Settings {
         force_lag_s: sensors.lag_s as f32,
         play_mm: sensors.play_mm as f32,
         drift: sensors.drift as f32,
         tare_n: sensors.tare_n as f32,
-        ..Settings::default()
-    };
-    MarginObserver::new(model, settings).expect("settings within their ranges")
+        ..others
+    }
+}
+
+/// The observer with the facts of the sensors.
+pub fn observer<'a>(model: &Model<'a>, sensors: &Sensors) -> MarginObserver<'a, 4, 37> {
+    MarginObserver::new(model, settings(sensors, Settings::default())).expect("settings within their ranges")
 }
 
 /// Answers along readings.
@@ -108,7 +112,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    fn add(&mut self, strength: f64, truth: f64, m: &Margin) {
+    /// Adds an answer at a true strength and margin.
+    pub fn add(&mut self, strength: f64, truth: f64, m: &Margin) {
         let error = (f64::from(m.strength_factor) / strength).ln();
         let within = |low: f32, x: f64, high: f32| f64::from(low) <= x && x <= f64::from(high);
         self.number += 1.0;
