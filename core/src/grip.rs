@@ -3,8 +3,9 @@
 //! Main type: [`Grip`]. Uses data, yield_surface.
 
 use crate::math::sqrt;
+use crate::memory::Memory;
 use crate::step::share_of_limit;
-use crate::{ModelOf, Status};
+use crate::{ModelOf, StateOf, Status};
 
 /// The least grip that holds a load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +32,15 @@ impl<const M: usize, const N: usize> ModelOf<'_, M, N> {
     pub(crate) fn limit_at(&self, depth: f32) -> f32 {
         let (row, t) = self.cell(depth);
         row.limit.at(t) * (self.units.strength * self.units.force)
+    }
+
+    /// Strength in the last step over that of relaxed tissue; 1 where nothing relaxes.
+    pub(crate) fn gain_of_last_step<const P: usize, R: Memory<M, P, f32>>(&self, state: &StateOf<M, P, f32, R>) -> f32 {
+        let (row, t) = self.cell(state.forces.depth);
+        let mut memory = state.forces.memory;
+        let (weights, _) = memory.of_last_step(self.relaxation);
+        let pressure = memory.press(&weights, row.normal.at(t), self.data.pressure_exponent);
+        pressure.map_or(1.0, |pressure| pressure.strength)
     }
 
     /// Stiffness along x while everything sticks at `depth`, N/mm.

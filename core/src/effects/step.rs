@@ -161,7 +161,7 @@ impl<'a, L: Library> Effects<'a, L> {
             let ([fx, fy], [cos, sin]) = (response.friction_n, at.along);
             if let Some(shear) = shear {
                 let depth_mm = contact.state.depth_mm();
-                let limit = stiffened.limit_at(depth_mm) * strength;
+                let limit = stiffened.limit_at(depth_mm) * strength * stiffened.gain_of_last_step(&contact.state);
                 let plain = response.normal_force_n;
                 let sheared = baseline::shear(shear, plain, [fx, fy], limit, depth_mm);
                 response.normal_force_n = held(sheared, plain, &mut response.status);

@@ -1,7 +1,10 @@
 //! Steps with effects against plain ones and the numbers of `data/law-vectors.csv`.
 
 use fingerpad::build::{EffectSlot, Params};
-use fingerpad::{Contact, Effects, Motion, Response, SPRINGS, State, Surroundings, Tuning, step};
+use fingerpad::effects::baseline::SHEAR;
+use fingerpad::{
+    BedMemory, Contact, Effects, Memory, Motion, Relaxation, Response, SPRINGS, State, Surroundings, Tuning, step,
+};
 
 fn run(slots: &[EffectSlot], surroundings: Surroundings) -> [Response; 2] {
     let data = Params::example().try_build().unwrap();
@@ -137,4 +140,29 @@ fn laws_without_a_place_here_and_bad_scales_are_refused() {
         let slot = EffectSlot { kind, reserved: 0, values: [0.1, b, 1.0, 0.0, 0.0, 0.0] };
         assert!(Effects::new(&[slot]).is_err(), "{kind} {b}");
     }
+}
+
+/// The normal force with friction rises by the same share in full slip, whether the tissue has relaxed or is pressed quickly.
+#[test]
+fn shear_reads_the_limit_under_the_present_pressure() {
+    fn slips<R: Memory<SPRINGS, 1, f32>>(slots: &[EffectSlot]) -> Response {
+        let data = Params::example().try_build().unwrap();
+        let model = data.model().unwrap().with_relaxation(&Relaxation::HUMAN_ASSUMED).unwrap();
+        let (effects, mut contact) = (Effects::new(slots).unwrap(), Contact::<SPRINGS, 1, R>::default());
+        let mut last = Response::default();
+        for k in 0..600 {
+            // Along y, where springs have no odd term.
+            let slide_increment_mm = [0.0, if k < 100 { 0.0 } else { 0.02 }];
+            let depth_mm = 0.01 * (k + 1).min(100) as f32;
+            let motion = Motion { depth_mm, slide_increment_mm, spin_increment_rad: 0.0, dt_s: 1e-6 };
+            last = effects.step(&model, &mut contact, Surroundings::default(), motion);
+        }
+        last
+    }
+    let slot = EffectSlot { kind: SHEAR, reserved: 0, values: [0.0, 0.0, 0.0, 0.2, 0.2, 0.0] };
+    let rise = |[with, without]: [Response; 2]| with.normal_force_n / without.normal_force_n;
+    let quick = [&[slot][..], &[]].map(slips::<BedMemory<SPRINGS>>);
+    let relaxed = [&[slot][..], &[]].map(slips::<()>);
+    assert!(quick[1].friction_n[1] > 1.2 * relaxed[1].friction_n[1]);
+    assert!((rise(quick) - rise(relaxed)).abs() < 2e-3, "{} {}", rise(quick), rise(relaxed));
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fingerpad::host::{ModelFile, PadModelFile};
 use fingerpad_tests::margin::poses::errors_in_poses;
-use fingerpad_tests::margin::score::{Alarm, LIMITS_N, Lab, announcements, errors};
+use fingerpad_tests::margin::score::{Alarm, Errors, LIMITS_N, Lab, announcements, errors};
 use fingerpad_tests::margin::truth::{Sensors, Truth};
 use fingerpad_tests::margin::{OTHER_LAMBDA, stored};
 
@@ -45,8 +45,8 @@ fn a_pad_knows_the_margin_in_other_poses() {
     for (name, (errors, announced)) in [("pad", &of_pad), ("bed", &of_bed)] {
         println!("{name} {announced:?} {errors:#?}");
     }
-    let covers = |errors: &[fingerpad_tests::margin::score::Errors; 6]| {
-        let sum = |of: fn(&fingerpad_tests::margin::score::Errors) -> f64| errors[1..].iter().map(of).sum::<f64>();
+    let covers = |errors: &[Errors; 6]| {
+        let sum = |of: fn(&Errors) -> f64| errors[1..].iter().map(of).sum::<f64>();
         sum(|e| e.covered[1]) / sum(|e| e.number)
     };
     let [pad, bed] = [&of_pad, &of_bed].map(|(errors, _)| covers(errors));

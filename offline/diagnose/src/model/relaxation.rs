@@ -16,7 +16,7 @@ use crate::model::active_law::ActiveLaw;
 
 /// Name of the law.
 const LAW: &str = "normal_relaxation";
-/// Exponent of the relaxed force over depth. The shipped fingers have 1.7 to 1.9 from 0.5 to 2 mm.
+/// Exponent of the relaxed force over depth. The shipped human fingers have 1.6 to 2.0 from 0.5 to 2 mm.
 const EXPONENT: f64 = 1.8;
 
 /// Fraction and time, s, of a law that is a branch.
